@@ -1,0 +1,32 @@
+//! Moving glass, made of voxels every frame.
+//!
+//! Read [`frame`] next: it is the whole recipe. The modules below mirror its stages, in order:
+//! animate → voxelize → resolve → fill → light → march → compose.
+
+pub mod papers;
+
+pub mod gpu;
+pub mod scene;
+
+pub mod grid;
+pub mod volume;
+
+pub mod animate;
+pub mod voxelize;
+pub mod resolve;
+pub mod fill;
+pub mod surroundings;
+pub mod light;
+pub mod march;
+pub mod compose;
+
+pub mod frame;
+
+pub mod image;
+
+pub mod headless;
+pub mod golden;
+pub mod bench;
+
+pub mod app;
+pub mod cli;

@@ -1,0 +1,3 @@
+//! The `murrine` program: see [`murrine::cli`].
+
+fn main() {}

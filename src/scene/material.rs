@@ -1,0 +1,103 @@
+//! What light sees of a part.
+
+use glam::Vec3;
+
+/// A part's material, all overrides applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Light does not pass.
+    pub opaque: bool,
+    /// Refraction index.
+    pub ior: f32,
+    /// Absorption per world unit: T = exp(−σ·s).
+    pub sigma: Vec3,
+    /// Diffuse colour (opaque) or the surface's tint (clear), linear.
+    pub base_color: Vec3,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: f32,
+    /// 20/V_d; 0 is off.
+    pub dispersion: f32,
+    /// A clear part without volume (glTF thickness 0): refracts nothing, tints by its base colour.
+    pub thin_wall: bool,
+    /// Where media overlap the higher one counts.
+    pub priority: i32,
+    /// Linear radiance given off.
+    pub emissive: Vec3,
+    /// Index into the world's textures.
+    pub base_color_texture: Option<u32>,
+    /// Index into the world's textures.
+    pub emissive_texture: Option<u32>,
+    /// Opaque planes: second colour of the checkerboard.
+    pub checker_color: Vec3,
+    /// Side of its squares, world units; 0 is plain.
+    pub checker_square: f32,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            opaque: false,
+            ior: 1.5,
+            sigma: Vec3::ZERO,
+            base_color: Vec3::ONE,
+            roughness: 0.0,
+            dispersion: 0.0,
+            thin_wall: false,
+            priority: 0,
+            emissive: Vec3::ZERO,
+            base_color_texture: None,
+            emissive_texture: None,
+            checker_color: Vec3::ZERO,
+            checker_square: 0.0,
+        }
+    }
+}
+
+/// σ = −ln(color)/distance per world unit, as glTF's KHR_materials_volume defines it; the colour is clamped to 1e-4 … 1.
+///
+/// An infinite or non-positive distance absorbs nothing.
+#[must_use]
+pub fn sigma_from_attenuation(color: Vec3, distance: f32) -> Vec3 {
+    if !distance.is_finite() || distance <= 0.0 {
+        return Vec3::ZERO;
+    }
+    -color.clamp(Vec3::splat(1e-4), Vec3::ONE).map(f32::ln) / distance
+}
+
+/// `Material::flags` on the GPU.
+pub mod flags {
+    /// Light does not pass.
+    pub const OPAQUE: u32 = 1;
+    /// Refracts nothing, tints by its base colour.
+    pub const THIN_WALL: u32 = 2;
+    /// Normals are the triangle's own.
+    pub const FLAT: u32 = 4;
+    /// An analytic plane: not voxelized, met exactly.
+    pub const PLANE: u32 = 8;
+}
+
+crate::gpu_struct! {
+    /// A part's material as shaders see it, `array<PartMaterial>` indexed by part.
+    pub struct PartMaterial {
+        /// Absorption per world unit.
+        pub sigma: Vec3,
+        /// Refraction index.
+        pub ior: f32,
+        /// Diffuse colour or tint.
+        pub base_color: Vec3,
+        /// See [`flags`].
+        pub flags: u32,
+        /// Linear radiance.
+        pub emissive: Vec3,
+        /// 0 to 1.
+        pub roughness: f32,
+        /// 20/V_d.
+        pub dispersion: f32,
+        /// Higher counts where media overlap.
+        pub priority: i32,
+        /// Layer of the texture array, or −1.
+        pub base_color_layer: i32,
+        /// Layer of the texture array, or −1.
+        pub emissive_layer: i32,
+    }
+}

@@ -1,0 +1,38 @@
+//! What is to be shown: the scene file, the models it names, and their state at a time.
+//!
+//! [`description`] is the scene as its file says it; [`file`](mod@file) reads and edits such files; [`gltf`] and [`shapes`] make
+//! [`geometry`]; [`clips`] moves it; [`world`] holds all that a scene names, loaded, and poses it at a time;
+//! [`material`] is what light sees of a part.
+
+pub mod clips;
+pub mod description;
+pub mod file;
+pub mod geometry;
+pub mod gltf;
+pub mod material;
+pub mod shapes;
+pub mod world;
+
+pub use description::Scene;
+pub use world::{Pose, World};
+
+/// What can be wrong with a scene or a model. The text starts with the place and ends with a remedy.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{place}: {what}")]
+pub struct SceneError {
+    /// `file` or `file:line:column`.
+    pub place: String,
+    /// What is wrong and what to do.
+    pub what: String,
+}
+
+impl SceneError {
+    /// An error at a place.
+    #[must_use]
+    pub fn new(place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { place: place.into(), what: what.into() }
+    }
+}
+
+/// Something odd that does not stop the picture; shown once.
+pub type Warning = SceneError;

@@ -1,0 +1,67 @@
+//! Stage 2: marks the voxels that triangles meet. Every method writes the same occupancy words.
+//!
+//! A voxelizer is one host file, one shader and one entry in [`METHODS`]. The list feeds the menu, the command line, the
+//! docs' table, the tests and the benchmark.
+
+use crate::animate::Triangles;
+use crate::gpu::{Gpu, GpuError, Recorder};
+use crate::papers::Paper;
+use crate::scene::description::VoxelizerSettings;
+use crate::volume::Volume;
+
+/// What a method's set of voxels is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Promise {
+    /// Equals `cpu-exact` in every voxel, up to ties.
+    Exact,
+    /// May miss voxels or add some.
+    Approximate,
+}
+
+/// A voxelizer, as the list knows it.
+#[derive(Debug)]
+pub struct Method {
+    /// Its name everywhere.
+    pub name: &'static str,
+    /// One line for menus and `murrine list`.
+    pub summary: &'static str,
+    /// Its shader under `shaders/`, if it has one.
+    pub shader: Option<&'static str>,
+    /// Where it comes from.
+    pub paper: &'static Paper,
+    /// What it promises.
+    pub promise: Promise,
+    /// Compiles it.
+    pub new: fn(&Gpu) -> Result<Box<dyn Voxelizer>, GpuError>,
+}
+
+/// A compiled voxelizer.
+pub trait Voxelizer: std::fmt::Debug {
+    /// Marks grid `input.grid` of the volume. Its words are already cleared.
+    ///
+    /// # Errors
+    /// When the device refuses a buffer or is lost.
+    fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError>;
+}
+
+/// What a voxelizer works on.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<'a> {
+    /// The volume, whose `occupancy` is written.
+    pub volume: &'a Volume,
+    /// Which of its grids.
+    pub grid: usize,
+    /// The animated triangles.
+    pub triangles: &'a Triangles,
+    /// Options.
+    pub settings: &'a VoxelizerSettings,
+}
+
+/// All methods, in the order of the menu.
+pub const METHODS: &[Method] = &[];
+
+/// The method of this name.
+#[must_use]
+pub fn method(name: &str) -> Option<&'static Method> {
+    METHODS.iter().find(|m| m.name == name)
+}

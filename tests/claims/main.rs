@@ -1,0 +1,14 @@
+//! What the program claims, a module a subject. One test program, one device for all tests.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test that can't go on has failed")]
+#![allow(missing_docs, reason = "test names say it")]
+
+mod shaders;
+
+use murrine::gpu::{AdapterChoice, Gpu};
+use std::sync::OnceLock;
+
+/// The software device, opened once. A machine without one fails: no test is skipped.
+pub fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| Gpu::open(&AdapterChoice::Software).unwrap_or_else(|e| panic!("{e}")))
+}
