@@ -45,8 +45,11 @@ pub struct EnvironmentMap {
 /// The state of everything that moves, at one time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pose {
-    /// `world_from_rest` of every matrix of every model, models in order: what influences index, plus the model's first.
+    /// `model_from_rest` of every matrix of every model, models in order: what influences index, plus the model's first.
+    /// Deformers act in model space, after these and before `world_from_model`.
     pub matrices: Vec<Mat4>,
+    /// Placement of every model, models in order.
+    pub world_from_model: Vec<Mat4>,
     /// Morph weights of every part with targets, parts in order, targets in order.
     pub morph_weights: Vec<f32>,
     /// Conservative world bounds of each part at this pose (deformers included).
