@@ -1,6 +1,7 @@
 //! Stage 1: moves every vertex in compute: morphs, then joints, then deformers, into world space.
 
 use crate::gpu::{Gpu, GpuError, Recorder, buffer};
+use crate::scene::material::Material;
 use crate::scene::{Pose, Scene, World};
 use glam::Vec3;
 
@@ -86,8 +87,8 @@ impl Animate {
         let _ = (rec, triangles, world, scene, pose);
     }
 
-    /// Writes the materials; called when one changed.
-    pub fn write_materials(&self, gpu: &Gpu, triangles: &Triangles, world: &World, scene: &Scene) {
-        let _ = (gpu, triangles, world, scene);
+    /// Writes each part's material; called when one changed.
+    pub fn write_materials(&self, gpu: &Gpu, triangles: &Triangles, materials: &[Material]) {
+        let _ = (gpu, triangles, materials);
     }
 }

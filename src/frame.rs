@@ -1,4 +1,241 @@
 //! The recipe: scene → animate → voxelize → resolve → fill → light → march → compose.
 //!
 //! The window, the headless renderer, the tests and the benchmarks all run this same recipe. It never waits for the
-//! device: what the device counts comes back a frame late.
+//! device: what the device counts comes back a frame late ([`Volume::fit`]). A stage whose inputs did not change since
+//! the last frame is left out; [`Stale`] says which.
+
+use crate::animate::{Animate, Triangles};
+use crate::compose::{self, Compose, DebugView};
+use crate::fill::FillInterior;
+use crate::gpu::{Gpu, GpuError, Recorder, StageTimes, Timing};
+use crate::light::LightColumns;
+use crate::march::{self, Channel, March, Radiance};
+use crate::resolve::Resolve;
+use crate::scene::description::Fill;
+use crate::scene::{Scene, World};
+use crate::stale::{self, Inputs, Stale};
+use crate::surroundings::{SurroundingsBuffers, surroundings};
+use crate::volume::Volume;
+use crate::voxel_cameras::VoxelCameras;
+use crate::voxelize::{self, Voxelizer};
+use glam::UVec2;
+
+/// What is to be shown.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What the scene names, loaded.
+    pub world: &'a World,
+    /// Seconds.
+    pub time_secs: f64,
+    /// Resolution at which rays are marched.
+    pub size: UVec2,
+    /// Resolution of the picture.
+    pub picture_size: UVec2,
+    /// Which float channel to write beside the picture.
+    pub channel: Channel,
+    /// What to show instead of the picture.
+    pub view: DebugView,
+    /// How the stages are timed.
+    pub timing: Timing,
+}
+
+/// The renderer: its stages, and the buffers that stand between them.
+#[derive(Debug)]
+pub struct Frame {
+    animate: Animate,
+    voxelizer: Option<(&'static str, Box<dyn Voxelizer>)>,
+    resolve: Resolve,
+    fill: FillInterior,
+    light: LightColumns,
+    march: March,
+    compose: Compose,
+
+    triangles: Option<Triangles>,
+    surroundings: Option<SurroundingsBuffers>,
+    volume: Volume,
+    radiance: Radiance,
+    picture: wgpu::Texture,
+    last: Option<Inputs>,
+    warnings: Vec<String>,
+}
+
+impl Frame {
+    /// Compiles every stage.
+    ///
+    /// # Errors
+    /// `file:line:column` of the first shader that is wrong.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let march = March::new(gpu)?;
+        let compose = Compose::new(gpu)?;
+        Ok(Self {
+            animate: Animate::new(gpu)?,
+            voxelizer: None,
+            resolve: Resolve::new(gpu)?,
+            fill: FillInterior::new(gpu)?,
+            light: LightColumns::new(gpu)?,
+            triangles: None,
+            surroundings: None,
+            volume: Volume::new(gpu)?,
+            radiance: march.target(gpu, UVec2::ONE),
+            picture: compose.target(gpu, UVec2::ONE),
+            march,
+            compose,
+            last: None,
+            warnings: Vec::new(),
+        })
+    }
+
+    /// Renders one frame into [`Frame::picture`] and [`Frame::radiance`] and returns the stages' times, if asked for.
+    ///
+    /// # Errors
+    /// When the device refuses a buffer, or is lost. The last good picture stays.
+    pub fn render(&mut self, gpu: &Gpu, request: &Request<'_>) -> Result<StageTimes, GpuError> {
+        let Request { scene, world, .. } = *request;
+        let pose = world.pose(scene, request.time_secs);
+        let materials = world.materials(scene);
+        let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
+        let aspect = request.picture_size.x.max(1) as f32 / request.picture_size.y.max(1) as f32;
+        let inputs = Inputs {
+            surroundings: surroundings(scene, world, aspect, &cameras.light_grids, cameras.scene_grid),
+            world: world.clone(),
+            pose,
+            deformers: stale::deformers(scene),
+            materials,
+            grids: cameras.grids.clone(),
+            voxelizer: scene.voxelizer.clone(),
+            effect: scene.effect,
+            size: request.size,
+            picture_size: request.picture_size,
+            channel: request.channel,
+            view: request.view,
+        };
+        let mut stale = inputs.stale_since(self.last.as_ref());
+        self.last = None; // until this frame is recorded whole
+        self.make_ready(gpu, request, &inputs, &mut stale)?;
+        stale.grids_anew(&self.volume.fit(gpu, &cameras.grids)?);
+        self.warnings = cameras.warnings;
+
+        let (Some(triangles), Some(surroundings), Some((_, voxelizer))) =
+            (&self.triangles, &self.surroundings, &mut self.voxelizer)
+        else {
+            return Ok(StageTimes::new());
+        };
+        let volume = &self.volume;
+        let mut rec = Recorder::new(gpu, request.timing);
+
+        if stale.animate {
+            rec.stage("animate")?;
+            self.animate.record(&mut rec, triangles, world, scene, &inputs.pose);
+        }
+        let stale_grids = || (0..volume.grids.len()).filter(|g| stale.grids[*g]);
+        if stale.any_grid() {
+            rec.stage("voxelize")?;
+            for grid in stale_grids() {
+                volume.clear(&mut rec, grid);
+                let input = voxelize::Input { volume, grid, triangles, settings: &scene.voxelizer };
+                voxelizer.record(&mut rec, &input)?;
+            }
+            rec.stage("resolve")?;
+            for grid in stale_grids() {
+                self.resolve.record(&mut rec, volume, grid, triangles);
+            }
+            rec.stage("fill")?;
+            for grid in stale_grids().filter(|_| scene.voxelizer.fill == Fill::Eager) {
+                self.fill.record(&mut rec, volume, grid, triangles);
+            }
+        }
+        if stale.light {
+            rec.stage("light")?;
+            for grid in cameras.light_grids.iter().cloned().flatten() {
+                self.light.record(&mut rec, volume, grid as usize, triangles, &scene.effect);
+            }
+        }
+        if stale.march {
+            rec.stage("march")?;
+            let input =
+                march::Input { volume, triangles, surroundings, effect: &scene.effect, channel: request.channel };
+            self.march.record(&mut rec, &input, &self.radiance);
+        }
+        if stale.compose {
+            rec.stage("compose")?;
+            let (radiance, view) = (&self.radiance, request.view);
+            let input = compose::Input { radiance, volume, surroundings, effect: &scene.effect, view };
+            self.compose.record(&mut rec, &input, &self.picture);
+        }
+        let times = rec.finish()?;
+        self.volume.count(gpu);
+        self.last = Some(inputs);
+        Ok(times)
+    }
+
+    /// Makes what the stages write into, where the old does not fit any more.
+    fn make_ready(
+        &mut self,
+        gpu: &Gpu,
+        request: &Request<'_>,
+        inputs: &Inputs,
+        stale: &mut Stale,
+    ) -> Result<(), GpuError> {
+        let Request { scene, world, .. } = *request;
+        if stale.world || self.triangles.is_none() {
+            self.triangles = Some(self.animate.upload(gpu, world)?);
+            self.surroundings = Some(SurroundingsBuffers::new(gpu, world)?);
+        }
+        if let Some(surroundings) = self.surroundings.as_ref().filter(|_| stale.march) {
+            surroundings.write(gpu, &inputs.surroundings);
+        }
+        if let Some(triangles) = self.triangles.as_ref().filter(|_| stale.materials) {
+            self.animate.write_materials(gpu, triangles, &inputs.materials);
+        }
+        if self.voxelizer.as_ref().map(|(name, _)| *name) != Some(scene.voxelizer.method.as_str()) {
+            // The reader of scenes has checked the name; an unknown one keeps the method that stands.
+            if let Some(method) = voxelize::method(&scene.voxelizer.method) {
+                self.voxelizer = Some((method.name, (method.new)(gpu)?));
+            }
+        }
+        if self.radiance.size != request.size.max(UVec2::ONE) {
+            self.radiance = self.march.target(gpu, request.size.max(UVec2::ONE));
+            stale.march = true;
+        }
+        let picture_size = request.picture_size.max(UVec2::ONE);
+        if UVec2::new(self.picture.width(), self.picture.height()) != picture_size {
+            self.picture = self.compose.target(gpu, picture_size);
+        }
+        stale.compose |= stale.march;
+        Ok(())
+    }
+
+    /// True once the last frame had room for every record; else render again ([`Volume::fit`] grows).
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn settle(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        self.volume.settle(gpu)
+    }
+
+    /// The picture, `rgba8unorm` holding sRGB-encoded values.
+    #[must_use]
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.picture
+    }
+
+    /// Linear radiance and the float channel.
+    #[must_use]
+    pub fn radiance(&self) -> &Radiance {
+        &self.radiance
+    }
+
+    /// The volume, for its counts and its memory.
+    #[must_use]
+    pub fn volume(&self) -> &Volume {
+        &self.volume
+    }
+
+    /// What the last frame could not do as the scene asked, in words.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}

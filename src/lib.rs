@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod scene;
 
 pub mod grid;
+pub mod voxel_cameras;
 pub mod volume;
 
 pub mod animate;
@@ -20,6 +21,7 @@ pub mod light;
 pub mod march;
 pub mod compose;
 
+pub mod stale;
 pub mod frame;
 
 pub mod image;

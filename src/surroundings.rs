@@ -128,6 +128,13 @@ impl SurroundingsBuffers {
     }
 }
 
+impl SurroundingsBuffers {
+    /// Writes the uniform; called when it changed.
+    pub fn write(&self, gpu: &Gpu, surroundings: &Surroundings) {
+        gpu.queue.write_buffer(&self.data, 0, bytemuck::bytes_of(surroundings));
+    }
+}
+
 /// Works out the uniform. `light_grids[i]` are the grid numbers of light `i`; `scene_grid` that of the opaque parts.
 #[must_use]
 pub fn surroundings(
