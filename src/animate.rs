@@ -1,9 +1,13 @@
 //! Stage 1: moves every vertex in compute: morphs, then joints, then deformers, into world space.
+//!
+//! What a scene shows is uploaded once; a frame uploads matrices, morph weights and deformers, nothing else.
 
-use crate::gpu::{Gpu, GpuError, Recorder, buffer};
-use crate::scene::material::Material;
+use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
+use crate::scene::description::Deformer;
+use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Texture};
+use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
-use glam::Vec3;
+use glam::{Mat4, UVec2, Vec3};
 
 crate::gpu_struct! {
     /// An animated vertex.
@@ -18,6 +22,74 @@ crate::gpu_struct! {
         pub _pad: u32,
     }
 }
+
+crate::gpu_struct! {
+    /// Where a part's vertices, morph targets and weights lie.
+    pub struct PartMotion {
+        /// Index of its model.
+        pub model: u32,
+        /// First vertex in the world.
+        pub vertex_first: u32,
+        /// Number of vertices.
+        pub vertex_count: u32,
+        /// 1 where normals are the triangles' own.
+        pub flat_shaded: u32,
+        /// First displacement in the world's morphs.
+        pub morph_first: u32,
+        /// Number of morph targets.
+        pub morph_count: u32,
+        /// First weight in [`Pose::morph_weights`].
+        pub weight_first: u32,
+        /// Padding.
+        pub _pad: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// What moves a model as a whole.
+    pub struct ModelMotion {
+        /// Placement.
+        pub world_from_model: Mat4,
+        /// First of its deformers.
+        pub deformer_first: u32,
+        /// How many.
+        pub deformer_count: u32,
+        /// Padding.
+        pub _pad: UVec2,
+    }
+}
+
+crate::gpu_struct! {
+    /// A [`Deformer`] at one time.
+    pub struct DeformerMotion {
+        /// Unit, model space.
+        pub axis: Vec3,
+        /// 0 twist, 1 wave.
+        pub kind: u32,
+        /// Wave: the way points move, unit, model space.
+        pub along: Vec3,
+        /// Radians for each unit along `axis`.
+        pub rate: f32,
+        /// Wave: model units.
+        pub amplitude: f32,
+        /// Wave: radians.
+        pub phase: f32,
+        /// Padding.
+        pub _pad: UVec2,
+    }
+}
+
+/// The most deformers in a scene, `MAX_DEFORMERS` in the shader.
+pub const MAX_DEFORMERS: usize = 64;
+/// Triangle numbers have 24 bits in winners' keys and in records.
+pub const MAX_TRIANGLES: usize = 1 << 24;
+/// Part numbers have 12 bits in records.
+pub const MAX_PARTS: usize = 1 << 12;
+
+/// Largest side of a layer of the texture array, texels.
+const MAX_TEXTURE_SIDE: u32 = 1024;
+/// Most bytes of the texture array.
+const MAX_TEXTURE_BYTES: u64 = 128 << 20;
 
 /// The world's triangles on the device: what `animate` writes and every later stage reads.
 #[derive(Debug)]
@@ -36,59 +108,387 @@ pub struct Triangles {
     pub vertex_count: u32,
     /// Number of triangles.
     pub triangle_count: u32,
+    /// For each part, those of [`flags`] that its geometry sets.
+    part_flags: Vec<u32>,
+    /// What moves them; none for triangles that were made in place.
+    motion: Option<Motion>,
 }
 
-/// The pass.
+/// What the pass reads and a frame writes.
 #[derive(Debug)]
-pub struct Animate {}
+struct Motion {
+    matrices: wgpu::Buffer,
+    weights: wgpu::Buffer,
+    model_motions: wgpu::Buffer,
+    deformers: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    flat_group: Option<wgpu::BindGroup>,
+    flat_count: u32,
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct Animate {
+    main: ComputePass,
+    flat_normals: ComputePass,
+}
 
 impl Animate {
-    /// Compiles the pass.
+    /// Compiles the passes.
     ///
     /// # Errors
     /// When a shader is wrong.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let _ = gpu;
-        Ok(Self {})
+        let layouts = [
+            Vertex::LAYOUT,
+            RestVertex::LAYOUT,
+            Influence::LAYOUT,
+            Morph::LAYOUT,
+            PartMotion::LAYOUT,
+            ModelMotion::LAYOUT,
+            DeformerMotion::LAYOUT,
+        ];
+        Ok(Self {
+            main: ComputePass::new(gpu, "animate.wgsl", "main", &layouts)?,
+            flat_normals: ComputePass::new(gpu, "animate.wgsl", "flat_normals", &layouts)?,
+        })
     }
 
     /// Uploads what does not change while a scene is shown. Analytic planes have no triangles here.
     ///
     /// # Errors
-    /// When the model is larger than the device's bindings.
+    /// When the model is larger than the device's bindings, or than numbers in records have bits for.
     pub fn upload(&mut self, gpu: &Gpu, world: &World) -> Result<Triangles, GpuError> {
-        let _ = world;
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("textures"),
-            size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8UnormSrgb,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        Ok(Triangles {
-            vertices: buffer::storage(gpu, "vertices", 0)?,
-            indices: buffer::storage(gpu, "indices", 0)?,
-            rest_vertices: buffer::storage(gpu, "rest_vertices", 0)?,
-            materials: buffer::storage(gpu, "materials", 0)?,
-            textures: texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            }),
-            vertex_count: 0,
-            triangle_count: 0,
-        })
+        let joined = Joined::of(world)?;
+        let mut triangles = Triangles::still(gpu, &joined.vertices, &joined.triangles, &[])?;
+        triangles.rest_vertices = buffer::storage_with(gpu, "rest_vertices", &joined.rest_vertices)?;
+        triangles.materials =
+            buffer::storage(gpu, "materials", (world.parts.len() * size_of::<PartMaterial>()) as u64)?;
+        triangles.textures = texture_array(gpu, &world.textures())?;
+        triangles.part_flags = joined.part_flags;
+
+        let matrices = buffer::storage(gpu, "matrices", (joined.matrix_count * size_of::<Mat4>()) as u64)?;
+        let weights = buffer::storage(gpu, "weights", (joined.weight_count * size_of::<f32>()) as u64)?;
+        let model_motions =
+            buffer::storage(gpu, "model_motions", (world.models.len() * size_of::<ModelMotion>()) as u64)?;
+        let none: [DeformerMotion; MAX_DEFORMERS] = bytemuck::Zeroable::zeroed();
+        let deformers = buffer::uniform(gpu, "deformers", &none);
+        let influences = buffer::storage_with(gpu, "influences", &joined.influences)?;
+        let morphs = buffer::storage_with(gpu, "morphs", &joined.morphs)?;
+        let part_motions = buffer::storage_with(gpu, "part_motions", &joined.part_motions)?;
+        let group = self.main.bind(
+            gpu,
+            &[
+                ("vertices", triangles.vertices.as_entire_binding()),
+                ("rest_vertices", triangles.rest_vertices.as_entire_binding()),
+                ("influences", influences.as_entire_binding()),
+                ("morphs", morphs.as_entire_binding()),
+                ("part_motions", part_motions.as_entire_binding()),
+                ("model_motions", model_motions.as_entire_binding()),
+                ("matrices", matrices.as_entire_binding()),
+                ("weights", weights.as_entire_binding()),
+                ("deformers", deformers.as_entire_binding()),
+            ],
+        );
+        let flat_group = if joined.flat_triangles.is_empty() {
+            None
+        } else {
+            let flat_triangles = buffer::storage_with(gpu, "flat_triangles", &joined.flat_triangles)?;
+            Some(self.flat_normals.bind(
+                gpu,
+                &[
+                    ("vertices", triangles.vertices.as_entire_binding()),
+                    ("indices", triangles.indices.as_entire_binding()),
+                    ("flat_triangles", flat_triangles.as_entire_binding()),
+                ],
+            ))
+        };
+        let flat_count = u32_of(joined.flat_triangles.len());
+        triangles.motion = Some(Motion { matrices, weights, model_motions, deformers, group, flat_group, flat_count });
+        Ok(triangles)
     }
 
-    /// Records the stage: matrices and weights up, vertices out.
+    /// Records the stage: matrices, weights and deformers up, vertices out.
     pub fn record(&self, rec: &mut Recorder<'_>, triangles: &Triangles, world: &World, scene: &Scene, pose: &Pose) {
-        let _ = (rec, triangles, world, scene, pose);
+        let Some(motion) = &triangles.motion else { return };
+        let queue = &rec.gpu.queue;
+        let mut deformers = Vec::new();
+        let mut model_motions = Vec::with_capacity(world.models.len());
+        for (index, world_from_model) in pose.world_from_model.iter().enumerate().take(world.models.len()) {
+            let first = deformers.len();
+            let described = scene.models.get(index).map_or(&[][..], |model| &model.deformers);
+            deformers.extend(described.iter().map(|d| DeformerMotion::at(*d, pose.time_secs)));
+            deformers.truncate(MAX_DEFORMERS);
+            model_motions.push(ModelMotion {
+                world_from_model: *world_from_model,
+                deformer_first: u32_of(first),
+                deformer_count: u32_of(deformers.len() - first),
+                _pad: UVec2::ZERO,
+            });
+        }
+        queue.write_buffer(&motion.matrices, 0, bytemuck::cast_slice(&pose.matrices));
+        queue.write_buffer(&motion.weights, 0, bytemuck::cast_slice(&pose.morph_weights));
+        queue.write_buffer(&motion.model_motions, 0, bytemuck::cast_slice(&model_motions));
+        queue.write_buffer(&motion.deformers, 0, bytemuck::cast_slice(&deformers));
+        self.main.dispatch(&mut rec.encoder, &motion.group, [triangles.vertex_count, 1, 1]);
+        if let Some(group) = &motion.flat_group {
+            self.flat_normals.dispatch(&mut rec.encoder, group, [motion.flat_count, 1, 1]);
+        }
     }
 
     /// Writes each part's material; called when one changed.
     pub fn write_materials(&self, gpu: &Gpu, triangles: &Triangles, materials: &[Material]) {
-        let _ = (gpu, triangles, materials);
+        let packed: Vec<_> = materials.iter().zip(&triangles.part_flags).map(|(m, f)| packed_material(m, *f)).collect();
+        gpu.queue.write_buffer(&triangles.materials, 0, bytemuck::cast_slice(&packed));
     }
+}
+
+impl Triangles {
+    /// Triangles that stand still: vertices and materials as given.
+    ///
+    /// # Errors
+    /// When they are larger than the device's bindings, or than numbers in records have bits for.
+    pub fn still(
+        gpu: &Gpu,
+        vertices: &[Vertex],
+        triangles: &[[u32; 3]],
+        materials: &[PartMaterial],
+    ) -> Result<Self, GpuError> {
+        if triangles.len() > MAX_TRIANGLES {
+            return Err(too_many("triangles", triangles.len(), MAX_TRIANGLES));
+        }
+        let usage = buffer::STORAGE | wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::INDEX;
+        let filled = |label, bytes: &[u8]| -> Result<wgpu::Buffer, GpuError> {
+            let made = buffer::with_usage(gpu, label, bytes.len() as u64, usage)?;
+            gpu.queue.write_buffer(&made, 0, bytes);
+            Ok(made)
+        };
+        Ok(Self {
+            vertices: filled("vertices", bytemuck::cast_slice(vertices))?,
+            indices: filled("indices", bytemuck::cast_slice(triangles))?,
+            rest_vertices: buffer::storage(gpu, "rest_vertices", size_of_val(vertices) as u64)?,
+            materials: buffer::storage_with(gpu, "materials", materials)?,
+            textures: texture_array(gpu, &[])?,
+            vertex_count: u32_of(vertices.len()),
+            triangle_count: u32_of(triangles.len()),
+            part_flags: Vec::new(),
+            motion: None,
+        })
+    }
+}
+
+impl DeformerMotion {
+    /// The deformer at `time_secs`.
+    #[must_use]
+    pub fn at(deformer: Deformer, time_secs: f64) -> Self {
+        use std::f64::consts::TAU;
+        // Whole turns are taken off in f64, so that an animation can run for days.
+        let turn = |hz: f32| (f64::from(hz) * time_secs).rem_euclid(1.0) * TAU;
+        #[expect(clippy::cast_possible_truncation, reason = "shaders work in f32")]
+        match deformer {
+            Deformer::Twist { axis, deg_per_unit, hz } => {
+                let swing = if hz == 0.0 { 1.0 } else { turn(hz).sin() };
+                Self {
+                    axis: unit(axis),
+                    kind: 0,
+                    along: Vec3::ZERO,
+                    rate: (f64::from(deg_per_unit).to_radians() * swing) as f32,
+                    amplitude: 0.0,
+                    phase: 0.0,
+                    _pad: UVec2::ZERO,
+                }
+            }
+            Deformer::Wave { axis, along, amplitude, wavelength, hz } => Self {
+                axis: unit(axis),
+                kind: 1,
+                along: unit(along),
+                rate: (TAU / f64::from(wavelength)) as f32,
+                amplitude,
+                phase: -turn(hz) as f32,
+                _pad: UVec2::ZERO,
+            },
+        }
+    }
+}
+
+fn unit(axis: u32) -> Vec3 {
+    [Vec3::X, Vec3::Y, Vec3::Z][axis.min(2) as usize]
+}
+
+/// All models' arrays one after the other, their indices counted through.
+#[derive(Default)]
+struct Joined {
+    vertices: Vec<Vertex>,
+    rest_vertices: Vec<RestVertex>,
+    influences: Vec<Influence>,
+    triangles: Vec<[u32; 3]>,
+    flat_triangles: Vec<u32>,
+    morphs: Vec<Morph>,
+    part_motions: Vec<PartMotion>,
+    part_flags: Vec<u32>,
+    matrix_count: usize,
+    weight_count: usize,
+}
+
+impl Joined {
+    fn of(world: &World) -> Result<Self, GpuError> {
+        if world.parts.len() > MAX_PARTS {
+            return Err(too_many("parts", world.parts.len(), MAX_PARTS));
+        }
+        let mut joined = Self::default();
+        for (index, model) in world.models.iter().enumerate() {
+            joined.add(u32_of(index), model);
+        }
+        Ok(joined)
+    }
+
+    fn add(&mut self, model: u32, geometry: &Geometry) {
+        let first_vertex = u32_of(self.rest_vertices.len());
+        let first_matrix = u32_of(self.matrix_count);
+        let first_morph = u32_of(self.morphs.len());
+        self.rest_vertices.extend(&geometry.vertices);
+        self.influences
+            .extend(geometry.influences.iter().map(|i| Influence { joints: i.joints.map(|j| j + first_matrix), ..*i }));
+        self.morphs.extend(&geometry.morphs);
+        self.vertices.resize(self.rest_vertices.len(), bytemuck::Zeroable::zeroed());
+        for part in &geometry.parts {
+            let number = u32_of(self.part_motions.len());
+            self.part_motions.push(PartMotion {
+                model,
+                vertex_first: first_vertex + part.vertices.start,
+                vertex_count: part.vertices.end - part.vertices.start,
+                flat_shaded: u32::from(part.flat),
+                morph_first: first_morph + part.morph_first,
+                morph_count: part.morph_count,
+                weight_first: u32_of(self.weight_count),
+                _pad: 0,
+            });
+            let flat = if part.flat { flags::FLAT } else { 0 };
+            let plane = if part.plane_half.is_some() { flags::PLANE } else { 0 };
+            self.part_flags.push(flat | plane);
+            self.weight_count += part.morph_count as usize;
+            for v in part.vertices.clone() {
+                self.vertices[(first_vertex + v) as usize].part = number;
+            }
+            if part.plane_half.is_some() {
+                continue;
+            }
+            let first_triangle = u32_of(self.triangles.len());
+            let of_part = &geometry.triangles[part.triangles.start as usize..part.triangles.end as usize];
+            self.triangles.extend(of_part.iter().map(|t| t.map(|v| v + first_vertex)));
+            if part.flat {
+                self.flat_triangles.extend(first_triangle..u32_of(self.triangles.len()));
+            }
+        }
+        self.matrix_count += geometry.matrices.len();
+    }
+}
+
+fn packed_material(material: &Material, of_part: u32) -> PartMaterial {
+    let layer = |texture: Option<u32>| texture.and_then(|t| i32::try_from(t).ok()).unwrap_or(-1);
+    let opaque = if material.opaque { flags::OPAQUE } else { 0 };
+    let thin_wall = if material.thin_wall { flags::THIN_WALL } else { 0 };
+    PartMaterial {
+        sigma: material.sigma,
+        ior: material.ior,
+        base_color: material.base_color,
+        flags: of_part | opaque | thin_wall,
+        emissive: material.emissive,
+        roughness: material.roughness,
+        dispersion: material.dispersion,
+        priority: material.priority,
+        base_color_layer: layer(material.base_color_texture),
+        emissive_layer: layer(material.emissive_texture),
+    }
+}
+
+/// All pictures in one array of sRGB layers of one size: as large as the largest, within [`MAX_TEXTURE_SIDE`] and
+/// [`MAX_TEXTURE_BYTES`].
+fn texture_array(gpu: &Gpu, pictures: &[&Texture]) -> Result<wgpu::TextureView, GpuError> {
+    let allowed = gpu.device.limits().max_texture_array_layers;
+    let layers = u32_of(pictures.len());
+    if layers > allowed {
+        return Err(too_many("pictures", pictures.len(), allowed as usize));
+    }
+    let largest = pictures.iter().map(|p| p.width.max(p.height)).max().unwrap_or(1);
+    let mut side = largest.clamp(1, MAX_TEXTURE_SIDE);
+    while u64::from(layers) * u64::from(side) * u64::from(side) * 4 > MAX_TEXTURE_BYTES {
+        side /= 2;
+    }
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("textures"),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers.max(1) },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (layer, picture) in (0..layers).zip(pictures) {
+        let mut place = texture.as_image_copy();
+        place.origin.z = layer;
+        gpu.queue.write_texture(
+            place,
+            &resized_srgb(picture, side),
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * side), rows_per_image: None },
+            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+        );
+    }
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }))
+}
+
+/// The picture at `side` × `side` texels, sRGB-coded; averaged in linear light.
+fn resized_srgb(picture: &Texture, side: u32) -> Vec<u8> {
+    if picture.srgb && picture.width == side && picture.height == side {
+        return picture.rgba8.clone();
+    }
+    let linear_of: Vec<f32> = (0..=u8::MAX)
+        .map(|code| {
+            let value = f32::from(code) / 255.0;
+            if picture.srgb { linear_from_srgb(value) } else { value }
+        })
+        .collect();
+    let texels = picture.rgba8.chunks_exact(4).flat_map(|t| {
+        let [r, g, b] = [t[0], t[1], t[2]].map(|code| linear_of[code as usize]);
+        [r, g, b, f32::from(t[3]) / 255.0]
+    });
+    let whole = image::Rgba32FImage::from_raw(picture.width, picture.height, texels.collect());
+    let Some(whole) = whole else { return vec![255; side as usize * side as usize * 4] };
+    let resized = if picture.width == side && picture.height == side {
+        whole
+    } else {
+        image::imageops::resize(&whole, side, side, image::imageops::FilterType::Triangle)
+    };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 255")]
+    let coded = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    resized
+        .pixels()
+        .flat_map(|p| [0, 1, 2, 3].map(|c| coded(if c < 3 { srgb_from_linear(p.0[c]) } else { p.0[c] })))
+        .collect()
+}
+
+fn linear_from_srgb(value: f32) -> f32 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+fn srgb_from_linear(value: f32) -> f32 {
+    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+}
+
+fn too_many(what: &str, needed: usize, allowed: usize) -> GpuError {
+    GpuError::TooMany {
+        what: what.to_owned(),
+        needed: needed as u64,
+        allowed: allowed as u64,
+        remedy: "simplify the model",
+    }
+}
+
+/// Counts that were checked against 2²⁴, or that a buffer's size bounds.
+fn u32_of(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }

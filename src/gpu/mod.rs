@@ -47,6 +47,18 @@ pub enum GpuError {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// More of something than there are numbers for.
+    #[error("{needed} {what}, at most {allowed} can be shown; {remedy}")]
+    TooMany {
+        /// What there is too much of.
+        what: String,
+        /// How many.
+        needed: u64,
+        /// How many are allowed.
+        allowed: u64,
+        /// What the user can do.
+        remedy: &'static str,
+    },
     /// The device was lost or a read-back failed.
     #[error("the graphics device stopped answering: {0}")]
     Lost(String),
