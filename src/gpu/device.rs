@@ -1,6 +1,6 @@
 //! Opens an adapter and a device.
 
-use super::{GpuError, shader::ShaderLibrary};
+use super::{GpuError, clock::StageClock, shader::ShaderLibrary};
 
 /// Which adapter to open.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     /// Shader sources.
     pub shaders: ShaderLibrary,
+    /// Its timestamps.
+    pub clock: StageClock,
 }
 
 impl Gpu {
@@ -42,12 +44,33 @@ impl Gpu {
         Self::from_adapter(adapter)
     }
 
+    /// Opens the chosen one of the adapters that can show pictures on `surface`.
+    ///
+    /// # Errors
+    /// When there is none, or it refuses.
+    pub fn open_for_surface(
+        instance: &wgpu::Instance,
+        choice: &AdapterChoice,
+        surface: &wgpu::Surface<'_>,
+    ) -> Result<Self, GpuError> {
+        Self::from_adapter(Self::pick_where(instance, choice, |a| a.is_surface_supported(surface))?)
+    }
+
     /// Finds the adapter that `choice` names, without opening it.
     ///
     /// # Errors
     /// When none matches; the error lists those there are.
     pub fn pick(instance: &wgpu::Instance, choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
-        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        Self::pick_where(instance, choice, |_| true)
+    }
+
+    fn pick_where(
+        instance: &wgpu::Instance,
+        choice: &AdapterChoice,
+        fits: impl Fn(&wgpu::Adapter) -> bool,
+    ) -> Result<wgpu::Adapter, GpuError> {
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        adapters.retain(fits);
         let rank = |info: &wgpu::AdapterInfo| match info.device_type {
             wgpu::DeviceType::DiscreteGpu => 0,
             wgpu::DeviceType::IntegratedGpu => 1,
@@ -95,7 +118,7 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
-        Ok(Self { device, queue, adapter, info, shaders: ShaderLibrary::default() })
+        Ok(Self { device, queue, adapter, info, shaders: ShaderLibrary::default(), clock: StageClock::default() })
     }
 
     /// True on a software adapter, where the golden frames are made.

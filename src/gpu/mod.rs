@@ -2,9 +2,11 @@
 //!
 //! Nothing here knows of scenes or glass: [`device`] opens an adapter, [`shader`] resolves includes and reflects,
 //! [`layout`] checks that host and shader structs agree, [`pass`] makes pipelines whose resources are bound by name,
-//! [`recorder`] records stages and times them, [`buffer`] makes, fills and reads buffers and textures.
+//! [`recorder`] records stages and times them ([`clock`] by the device's timestamps), [`buffer`] makes, fills and reads
+//! buffers and textures.
 
 pub mod buffer;
+pub mod clock;
 pub mod device;
 pub mod layout;
 pub mod pass;

@@ -1,5 +1,6 @@
 //! Records the stages of a frame and, when asked, times them.
 
+use super::clock::Marks;
 use super::{Gpu, GpuError};
 use std::time::Instant;
 
@@ -11,6 +12,9 @@ pub enum Timing {
     Off,
     /// Each stage is submitted on its own and waited for: true on every adapter, slower as a whole.
     Submit,
+    /// By the device's timestamps: costs nothing and comes a frame or more late. Only where
+    /// [`StageClock::is_true`](super::clock::StageClock::is_true) holds, else as [`Timing::Off`].
+    Timestamps,
 }
 
 /// Milliseconds of each stage, in the order recorded.
@@ -27,13 +31,26 @@ pub struct Recorder<'g> {
     stage: Option<&'static str>,
     started: Instant,
     times: StageTimes,
+    marks: Marks,
 }
 
 impl<'g> Recorder<'g> {
     /// Starts recording.
     #[must_use]
     pub fn new(gpu: &'g Gpu, timing: Timing) -> Self {
-        Self { gpu, encoder: encoder(gpu), timing, stage: None, started: Instant::now(), times: Vec::new() }
+        let timing = match timing {
+            Timing::Timestamps if !gpu.clock.is_true(gpu).unwrap_or(false) => Timing::Off,
+            other => other,
+        };
+        Self {
+            gpu,
+            encoder: encoder(gpu),
+            timing,
+            stage: None,
+            started: Instant::now(),
+            times: Vec::new(),
+            marks: Marks::default(),
+        }
     }
 
     /// Begins the stage `name`; the one before it ends.
@@ -43,35 +60,50 @@ impl<'g> Recorder<'g> {
     pub fn stage(&mut self, name: &'static str) -> Result<(), GpuError> {
         self.end_stage()?;
         self.stage = Some(name);
+        if self.timing == Timing::Timestamps {
+            self.gpu.clock.begin(self.gpu, &mut self.encoder, &mut self.marks, name);
+        }
         Ok(())
     }
 
-    /// Ends the last stage and submits. Stages of one name are summed.
+    /// Ends the last stage and submits. Stages of one name are summed. With [`Timing::Timestamps`] the times are those
+    /// of the latest frame whose times have arrived.
     ///
     /// # Errors
     /// When the device is lost.
     pub fn finish(mut self) -> Result<StageTimes, GpuError> {
         self.end_stage()?;
+        let timed = self.timing == Timing::Timestamps;
+        let slot = if timed { self.gpu.clock.resolve(&mut self.encoder, self.marks) } else { None };
         self.gpu.queue.submit([self.encoder.finish()]);
-        Ok(self.times)
+        Ok(if timed { self.gpu.clock.submitted(self.gpu, slot) } else { self.times })
     }
 
     fn end_stage(&mut self) -> Result<(), GpuError> {
-        if self.timing == Timing::Submit {
-            let done = std::mem::replace(&mut self.encoder, encoder(self.gpu));
-            self.gpu.queue.submit([done.finish()]);
-            self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
-            let ms = self.started.elapsed().as_secs_f64() * 1e3;
-            if let Some(stage) = self.stage {
-                match self.times.iter_mut().find(|(name, _)| *name == stage) {
-                    Some((_, sum)) => *sum += ms,
-                    None => self.times.push((stage, ms)),
+        match self.timing {
+            Timing::Off => {}
+            Timing::Submit => {
+                let done = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+                self.gpu.queue.submit([done.finish()]);
+                self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+                let ms = self.started.elapsed().as_secs_f64() * 1e3;
+                if let Some(stage) = self.stage {
+                    add_time(&mut self.times, stage, ms);
                 }
             }
+            Timing::Timestamps => self.gpu.clock.end(self.gpu, &mut self.encoder, &mut self.marks),
         }
         self.started = Instant::now();
         self.stage = None;
         Ok(())
+    }
+}
+
+/// Adds to the time of a stage, which takes its place at the end when it is new.
+pub(super) fn add_time(times: &mut StageTimes, stage: &'static str, ms: f64) {
+    match times.iter_mut().find(|(name, _)| *name == stage) {
+        Some((_, sum)) => *sum += ms,
+        None => times.push((stage, ms)),
     }
 }
 

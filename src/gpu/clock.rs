@@ -1,0 +1,243 @@
+//! Times stages by the device's own timestamps, where those tell the truth.
+//!
+//! Two timestamps a stage are resolved into a small ring of buffers, which are mapped without waiting: the times of a
+//! frame arrive a frame or more late. Some drivers count something other than time (lavapipe of Mesa 22.3 reports
+//! 0.13 ms for 50): [`StageClock::is_true`] checks once against the wall clock.
+
+use super::{Gpu, GpuError, StageTimes};
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Instant;
+
+/// The most stages that one frame may have.
+const MAX_STAGES: u32 = 32;
+/// Frames whose times may be on their way at once.
+const RING: usize = 3;
+/// How long the check's work must take by the wall clock, milliseconds.
+const CHECK_MS: f64 = 10.0;
+/// Measured by timestamps over measured by the wall clock: what passes for true.
+const TRUE_RATIO: std::ops::RangeInclusive<f64> = 0.5..=1.1;
+
+const FREE: u8 = 0;
+const MAPPING: u8 = 1;
+const MAPPED: u8 = 2;
+const FAILED: u8 = 3;
+
+/// The timestamps of a device: at most one frame records into them at a time.
+#[derive(Debug, Default)]
+pub struct StageClock {
+    truth: OnceLock<bool>,
+    ring: Mutex<Option<Ring>>,
+}
+
+#[derive(Debug)]
+struct Ring {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    slots: Vec<Slot>,
+    latest: StageTimes,
+}
+
+#[derive(Debug)]
+struct Slot {
+    staging: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+    stages: Vec<&'static str>,
+}
+
+/// The stages of the frame that is being recorded, in order.
+#[derive(Debug, Default)]
+pub(super) struct Marks {
+    stages: Vec<&'static str>,
+    open: bool,
+}
+
+impl StageClock {
+    /// True where the device has timestamps at all.
+    #[must_use]
+    pub fn is_supported(gpu: &Gpu) -> bool {
+        let needed = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        gpu.device.features().contains(needed)
+    }
+
+    /// True where the device's timestamps agree with the wall clock. The first call works the device for some 20 ms.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn is_true(&self, gpu: &Gpu) -> Result<bool, GpuError> {
+        if let Some(known) = self.truth.get() {
+            return Ok(*known);
+        }
+        let truth = Self::is_supported(gpu) && check(gpu)?;
+        Ok(*self.truth.get_or_init(|| truth))
+    }
+
+    /// The times that arrived last, in the order recorded; empty until the first arrive.
+    #[must_use]
+    pub fn latest(&self) -> StageTimes {
+        self.lock().as_ref().map(|r| r.latest.clone()).unwrap_or_default()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Ring>> {
+        // A panic while the lock was held leaves at worst a slot that never maps.
+        self.ring.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn begin(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, marks: &mut Marks, stage: &'static str) {
+        let at = index_of(marks.stages.len()) * 2;
+        if at + 1 < MAX_STAGES * 2 {
+            encoder.write_timestamp(&self.lock().get_or_insert_with(|| Ring::new(gpu)).queries, at);
+            marks.stages.push(stage);
+            marks.open = true;
+        }
+    }
+
+    pub(super) fn end(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, marks: &mut Marks) {
+        if std::mem::take(&mut marks.open) {
+            let at = index_of(marks.stages.len()) * 2 - 1;
+            encoder.write_timestamp(&self.lock().get_or_insert_with(|| Ring::new(gpu)).queries, at);
+        }
+    }
+
+    /// Records how the marks come back. The slot returned is given to [`StageClock::submitted`] after the submission.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder, marks: Marks) -> Option<usize> {
+        let mut guard = self.lock();
+        let ring = guard.as_mut()?;
+        let free = ring.slots.iter().position(|s| s.state.load(Ordering::Acquire) == FREE)?;
+        let count = index_of(marks.stages.len()) * 2;
+        if count == 0 {
+            return None;
+        }
+        encoder.resolve_query_set(&ring.queries, 0..count, &ring.resolved, 0);
+        let slot = &mut ring.slots[free];
+        encoder.copy_buffer_to_buffer(&ring.resolved, 0, &slot.staging, 0, u64::from(count) * 8);
+        slot.stages = marks.stages;
+        slot.state.store(MAPPING, Ordering::Release);
+        Some(free)
+    }
+
+    /// Starts the read-back of a resolved slot and takes in what has arrived of earlier ones, without waiting.
+    pub(super) fn submitted(&self, gpu: &Gpu, slot: Option<usize>) -> StageTimes {
+        {
+            let guard = self.lock();
+            if let (Some(ring), Some(slot)) = (guard.as_ref(), slot) {
+                let state = Arc::clone(&ring.slots[slot].state);
+                ring.slots[slot].staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+                    state.store(if result.is_ok() { MAPPED } else { FAILED }, Ordering::Release);
+                });
+            }
+        }
+        // A lost device shows at the next submission that is waited for.
+        let _ = gpu.device.poll(wgpu::PollType::Poll);
+        let mut guard = self.lock();
+        let Some(ring) = guard.as_mut() else { return StageTimes::new() };
+        ring.harvest(f64::from(gpu.queue.get_timestamp_period()));
+        ring.latest.clone()
+    }
+}
+
+impl Ring {
+    fn new(gpu: &Gpu) -> Self {
+        let bytes = u64::from(MAX_STAGES) * 2 * 8;
+        let buffer = |label, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let slot = |_| Slot {
+            staging: buffer("stage times", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
+            state: Arc::new(AtomicU8::new(FREE)),
+            stages: Vec::new(),
+        };
+        Self {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stages"),
+                ty: wgpu::QueryType::Timestamp,
+                count: MAX_STAGES * 2,
+            }),
+            resolved: buffer("stage ticks", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            slots: (0..RING).map(slot).collect(),
+            latest: StageTimes::new(),
+        }
+    }
+
+    fn harvest(&mut self, ns_per_tick: f64) {
+        for slot in &self.slots {
+            let state = slot.state.load(Ordering::Acquire);
+            if state == MAPPED {
+                if let Ok(view) = slot.staging.slice(..).get_mapped_range() {
+                    let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&view[..slot.stages.len() * 16]);
+                    self.latest = times_of(&slot.stages, &ticks, ns_per_tick);
+                }
+                slot.staging.unmap();
+            }
+            if state == MAPPED || state == FAILED {
+                slot.state.store(FREE, Ordering::Release);
+            }
+        }
+    }
+}
+
+/// Milliseconds of each stage from its two ticks; stages of one name are summed.
+fn times_of(stages: &[&'static str], ticks: &[u64], ns_per_tick: f64) -> StageTimes {
+    let mut times = StageTimes::new();
+    for (stage, pair) in stages.iter().zip(ticks.chunks_exact(2)) {
+        #[expect(clippy::cast_precision_loss, reason = "a stage takes far fewer than 2^52 ticks")]
+        let ms = pair[1].saturating_sub(pair[0]) as f64 * ns_per_tick * 1e-6;
+        super::recorder::add_time(&mut times, stage, ms);
+    }
+    times
+}
+
+fn index_of(stages: usize) -> u32 {
+    u32::try_from(stages).unwrap_or(MAX_STAGES)
+}
+
+/// Works the device for [`CHECK_MS`] and more, and compares its own account of it with the wall clock's.
+fn check(gpu: &Gpu) -> Result<bool, GpuError> {
+    let pass = super::ComputePass::new(gpu, "spin.wgsl", "main", &[])?;
+    let output = super::buffer::storage(gpu, "spin", 64 * 64 * 4)?;
+    let mut turns = 1u32 << 12;
+    loop {
+        let uniform = super::buffer::uniform(gpu, "spin turns", &[turns, 0, 0, 0]);
+        let group = pass.bind(gpu, &[("turns", uniform.as_entire_binding()), ("output", output.as_entire_binding())]);
+        let clock = StageClock::default();
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("spin") });
+        let mut marks = Marks::default();
+        let started = Instant::now();
+        clock.begin(gpu, &mut encoder, &mut marks, "spin");
+        pass.dispatch(&mut encoder, &group, [64 * 64, 1, 1]);
+        clock.end(gpu, &mut encoder, &mut marks);
+        let slot = clock.resolve(&mut encoder, marks);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+        let wall_ms = started.elapsed().as_secs_f64() * 1e3;
+        clock.submitted(gpu, slot);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+        let times = clock.submitted(gpu, None);
+        if wall_ms >= CHECK_MS || turns >= 1 << 26 {
+            return Ok(times.first().is_some_and(|(_, ms)| TRUE_RATIO.contains(&(ms / wall_ms))));
+        }
+        turns *= 4;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::times_of;
+
+    #[test]
+    fn ticks_become_milliseconds_and_stages_of_one_name_are_summed() {
+        let ticks = [0, 1_000_000, 2_000_000, 2_500_000, 2_500_000, 4_500_000];
+        let times = times_of(&["march", "light", "march"], &ticks, 2.0);
+        assert_eq!(times, vec![("march", 6.0), ("light", 1.0)]);
+    }
+
+    #[test]
+    fn ticks_that_run_backwards_count_as_nothing() {
+        assert_eq!(times_of(&["march"], &[10, 3], 1.0), vec![("march", 0.0)]);
+    }
+}
