@@ -2,6 +2,7 @@
 
 use glam::{Mat4, Vec3};
 
+use super::bounds::{self, Reach};
 use super::material::Material;
 
 crate::gpu_struct! {
@@ -51,6 +52,15 @@ pub struct Geometry {
     pub textures: Vec<Texture>,
     /// Names of KHR_materials_variants, in file order.
     pub variants: Vec<String>,
+    /// How far each part reaches, parts in order; made by [`Geometry::measure`].
+    pub reaches: Vec<Vec<Reach>>,
+}
+
+impl Geometry {
+    /// Fills [`Geometry::reaches`]. To be called once when everything else stands.
+    pub fn measure(&mut self) {
+        self.reaches = self.parts.iter().map(|part| bounds::reaches(self, part)).collect();
+    }
 }
 
 /// A run of triangles with one material: a glTF primitive at a node, or a shape.

@@ -1,5 +1,6 @@
 //! What light sees of a part.
 
+use super::description::MaterialOverride;
 use glam::Vec3;
 
 /// A part's material, all overrides applied.
@@ -50,6 +51,43 @@ impl Default for Material {
             checker_color: Vec3::ZERO,
             checker_square: 0.0,
         }
+    }
+}
+
+impl Material {
+    /// Applies a scene's overrides for the part of this name, in order, later ones winning.
+    ///
+    /// An opaque part made clear loses what belonged to its paint (colour, pictures, roughness). Asking a thin wall
+    /// for a refraction index or absorption makes it solid.
+    #[must_use]
+    pub fn overridden(mut self, part: &str, overrides: &[MaterialOverride]) -> Self {
+        let (mut color, mut distance) = (None, None);
+        for o in overrides.iter().filter(|o| o.part == "*" || o.part == part) {
+            if o.opaque == Some(false) && self.opaque {
+                let Self { ior, sigma, dispersion, priority, emissive, .. } = self;
+                self = Self { ior, sigma, dispersion, priority, emissive, ..Self::default() };
+            }
+            self.opaque = o.opaque.unwrap_or(self.opaque);
+            color = o.attenuation_color.or(color);
+            distance = o.attenuation_distance.or(distance);
+            if let Some(sigma) = o.sigma {
+                self.sigma = sigma;
+            } else if o.attenuation_color.is_some() || o.attenuation_distance.is_some() {
+                let over_one_unit = (-self.sigma).map(f32::exp);
+                self.sigma = sigma_from_attenuation(color.unwrap_or(over_one_unit), distance.unwrap_or(1.0));
+            }
+            let solid = o.ior.is_some() || o.sigma.is_some() || o.attenuation_color.is_some();
+            self.thin_wall &= !(solid || o.attenuation_distance.is_some());
+            self.ior = o.ior.unwrap_or(self.ior);
+            self.base_color = o.base_color.unwrap_or(self.base_color);
+            self.priority = o.priority.unwrap_or(self.priority);
+            self.roughness = o.roughness.unwrap_or(self.roughness);
+            self.dispersion = o.dispersion.unwrap_or(self.dispersion);
+            self.checker_color = o.checker_color.unwrap_or(self.checker_color);
+            self.checker_square = o.checker_square.unwrap_or(self.checker_square);
+            self.emissive = o.emissive.unwrap_or(self.emissive);
+        }
+        self
     }
 }
 

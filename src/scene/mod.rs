@@ -1,23 +1,27 @@
 //! What is to be shown: the scene file, the models it names, and their state at a time.
 //!
 //! [`description`] is the scene as its file says it; [`file`](mod@file) reads and edits such files; [`gltf`] and [`shapes`] make
-//! [`geometry`]; [`clips`] moves it; [`world`] holds all that a scene names, loaded, and poses it at a time;
-//! [`material`] is what light sees of a part.
+//! [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names, loaded; [`pose`] is its state at
+//! a time and [`bounds`] how far it then reaches; [`material`] is what light sees of a part.
 
+pub mod bounds;
 pub mod clips;
+pub mod deform;
 pub mod description;
 pub mod file;
 pub mod geometry;
 pub mod gltf;
 pub mod material;
+pub mod pose;
 pub mod shapes;
 pub mod world;
 
 pub use description::Scene;
-pub use world::{Pose, World};
+pub use pose::Pose;
+pub use world::World;
 
 /// What can be wrong with a scene or a model. The text starts with the place and ends with a remedy.
-#[derive(Debug, Clone, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {what}")]
 pub struct SceneError {
     /// `file` or `file:line:column`.

@@ -1,11 +1,13 @@
-//! All that a scene names, loaded; and its pose at a time.
+//! All that a scene names, loaded.
 
-use super::description::{Bounds, Scene};
+use super::description::{Deformer, Model, Scene, Source};
 use super::geometry::{Geometry, Texture};
 use super::material::Material;
-use super::{SceneError, Warning};
-use glam::Mat4;
+pub use super::pose::Pose;
+use super::{SceneError, Warning, shapes};
+use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::SystemTime;
 
 /// Everything a scene names, loaded. Cheap to clone: geometry is shared.
 #[derive(Debug, Clone, Default)]
@@ -18,6 +20,8 @@ pub struct World {
     pub environment: Option<Arc<EnvironmentMap>>,
     /// What was odd.
     pub warnings: Vec<Warning>,
+    /// What each model was made from, models in order.
+    pub origins: Vec<Origin>,
 }
 
 /// A part of the world: the number that vertices and records carry is its index.
@@ -31,6 +35,41 @@ pub struct WorldPart {
     pub name: String,
 }
 
+/// What a model was made from: it is made again only when this changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin {
+    /// As the scene says it.
+    pub source: Source,
+    /// Every file that was read, for watching.
+    pub files: Vec<FileStamp>,
+    /// What was odd.
+    pub warnings: Vec<Warning>,
+}
+
+/// A file as it was when it was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileStamp {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Bytes.
+    pub len: u64,
+    /// When it last changed, where the system knows.
+    pub modified: Option<SystemTime>,
+}
+
+impl FileStamp {
+    /// The file as it is now; `None` when it can't be asked.
+    #[must_use]
+    pub fn now(path: PathBuf) -> Option<Self> {
+        let meta = std::fs::metadata(&path).ok()?;
+        Some(Self { path, len: meta.len(), modified: meta.modified().ok() })
+    }
+
+    fn holds(&self) -> bool {
+        Self::now(self.path.clone()).as_ref() == Some(self)
+    }
+}
+
 /// An equirectangular environment.
 #[derive(Debug, Clone)]
 pub struct EnvironmentMap {
@@ -42,22 +81,6 @@ pub struct EnvironmentMap {
     pub rgb: Vec<[f32; 3]>,
 }
 
-/// The state of everything that moves, at one time.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Pose {
-    /// `model_from_rest` of every matrix of every model, models in order: what influences index, plus the model's first.
-    /// Deformers act in model space, after these and before `world_from_model`.
-    pub matrices: Vec<Mat4>,
-    /// Placement of every model, models in order.
-    pub world_from_model: Vec<Mat4>,
-    /// Morph weights of every part with targets, parts in order, targets in order.
-    pub morph_weights: Vec<f32>,
-    /// Conservative world bounds of each part at this pose (deformers included).
-    pub part_bounds: Vec<Bounds>,
-    /// Seconds.
-    pub time_secs: f64,
-}
-
 impl World {
     /// Loads every model and picture that the scene names. Models whose source did not change since `previous` are
     /// taken from it.
@@ -65,22 +88,69 @@ impl World {
     /// # Errors
     /// The first file that can't be used, with the reason.
     pub fn load(scene: &Scene, previous: Option<&World>) -> Result<Self, SceneError> {
-        let _ = (scene, previous);
-        Err(SceneError::new("scene", "loading is being built"))
+        let mut world = Self::default();
+        for model in &scene.models {
+            let known = previous.and_then(|p| p.find(&model.source)).or_else(|| world.find(&model.source));
+            let (geometry, origin) = match known {
+                Some(known) => known,
+                None => make(model)?,
+            };
+            check_names(model, &geometry)?;
+            world.warnings.extend(origin.warnings.iter().cloned());
+            world.add(&model.name, geometry, origin);
+        }
+        Ok(world)
     }
 
-    /// The pose at `time_secs`, a pure function of scene and time.
+    /// A world of geometry made elsewhere, one for each model of the scene.
     #[must_use]
-    pub fn pose(&self, scene: &Scene, time_secs: f64) -> Pose {
-        let _ = scene;
-        Pose { time_secs, ..Pose::default() }
+    pub fn from_geometry(scene: &Scene, models: Vec<Arc<Geometry>>) -> Self {
+        let mut world = Self::default();
+        for (model, geometry) in scene.models.iter().zip(models) {
+            let origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
+            world.add(&model.name, geometry, origin);
+        }
+        world
+    }
+
+    fn find(&self, source: &Source) -> Option<(Arc<Geometry>, Origin)> {
+        let i = self.origins.iter().position(|o| o.source == *source && o.files.iter().all(FileStamp::holds))?;
+        Some((Arc::clone(&self.models[i]), self.origins[i].clone()))
+    }
+
+    fn add(&mut self, name: &str, geometry: Arc<Geometry>, origin: Origin) {
+        let model = number(self.models.len());
+        for (i, part) in geometry.parts.iter().enumerate() {
+            self.parts.push(WorldPart { model, part: number(i), name: format!("{name}/{}", part.name) });
+        }
+        self.models.push(geometry);
+        self.origins.push(origin);
     }
 
     /// The materials of all parts with the scene's overrides and variants applied, parts in order.
+    ///
+    /// Planes are opaque whatever the overrides say.
     #[must_use]
     pub fn materials(&self, scene: &Scene) -> Vec<Material> {
-        let _ = scene;
-        Vec::new()
+        let mut materials = Vec::with_capacity(self.parts.len());
+        let mut first_texture = 0;
+        let absent = Model::default();
+        for (i, geometry) in self.models.iter().enumerate() {
+            let model = scene.models.get(i).unwrap_or(&absent);
+            let variant = model.variant.as_ref().and_then(|name| geometry.variants.iter().position(|v| v == name));
+            for part in &geometry.parts {
+                let of_variant = part.variant_materials.iter().find(|(v, _)| Some(*v) == variant);
+                let mut material = of_variant.map_or(&part.material, |(_, m)| m).clone();
+                for texture in [&mut material.base_color_texture, &mut material.emissive_texture] {
+                    *texture = texture.map(|t| t + first_texture);
+                }
+                material = material.overridden(&part.name, &model.materials);
+                material.opaque |= part.plane_half.is_some();
+                materials.push(material);
+            }
+            first_texture += number(geometry.textures.len());
+        }
+        materials
     }
 
     /// Textures of all models in order; [`Material::base_color_texture`] counts these.
@@ -89,10 +159,69 @@ impl World {
         self.models.iter().flat_map(|m| &m.textures).collect()
     }
 
-    /// Seconds after which every clip repeats: the longest chosen clip, or 0 where nothing moves.
+    /// The longest chosen clip or deformer's swing at its model's speed, or 0 where nothing moves: what a time line
+    /// should span.
     #[must_use]
     pub fn duration_secs(&self, scene: &Scene) -> f64 {
-        let _ = scene;
-        0.0
+        let mut longest: f64 = 0.0;
+        for (geometry, model) in self.models.iter().zip(&scene.models) {
+            let speed = f64::from(model.speed.abs());
+            if let Some(clip) = geometry.clip(model).filter(|_| speed > 0.0) {
+                longest = longest.max(f64::from(clip.duration_secs) / speed);
+            }
+            for deformer in &model.deformers {
+                let (Deformer::Twist { hz, .. } | Deformer::Wave { hz, .. }) = deformer;
+                if *hz != 0.0 {
+                    longest = longest.max(1.0 / f64::from(hz.abs()));
+                }
+            }
+        }
+        longest
     }
+}
+
+fn make(model: &Model) -> Result<(Arc<Geometry>, Origin), SceneError> {
+    match &model.source {
+        Source::Shape(shape) => {
+            let origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
+            Ok((Arc::new(shapes::shape(shape)), origin))
+        }
+        Source::File(file) => Err(SceneError::new(file.display().to_string(), "loading is being built")),
+    }
+}
+
+/// The names in a scene's model must be the file's own.
+fn check_names(model: &Model, geometry: &Geometry) -> Result<(), SceneError> {
+    let unknown = |kind: &str, name: &str, known: Vec<&str>| {
+        let remedy = if known.is_empty() { "it has none".to_owned() } else { format!("choose {}", list(&known)) };
+        SceneError::new(format!("model `{}`", model.name), format!("no {kind} `{name}`; {remedy}"))
+    };
+    if let Some(name) = &model.animation
+        && geometry.clip(model).is_none()
+    {
+        let known = geometry.clips.iter().map(|c| c.name.as_str()).collect();
+        return Err(unknown("animation", name, known));
+    }
+    if let Some(name) = model.variant.as_ref().filter(|name| !geometry.variants.contains(name)) {
+        return Err(unknown("variant", name, geometry.variants.iter().map(String::as_str).collect()));
+    }
+    for o in &model.materials {
+        if o.part != "*" && !geometry.parts.iter().any(|p| p.name == o.part) {
+            let known = std::iter::once("*").chain(geometry.parts.iter().map(|p| p.name.as_str())).collect();
+            return Err(unknown("part", &o.part, known));
+        }
+    }
+    Ok(())
+}
+
+/// The first few names of a list.
+fn list(names: &[&str]) -> String {
+    const SHOWN: usize = 12;
+    let shown = names[..names.len().min(SHOWN)].join(", ");
+    if names.len() > SHOWN { format!("{shown}, … ({} in all)", names.len()) } else { shown }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "readers refuse models of more than 2³² of anything")]
+fn number(n: usize) -> u32 {
+    n as u32
 }

@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "test names say it")]
 
 mod layering;
+mod models;
 mod shaders;
 
 use murrine::gpu::{AdapterChoice, Gpu};

@@ -1,0 +1,3 @@
+//! Models: shapes, files, clips, poses and how far they reach.
+
+mod shapes;
