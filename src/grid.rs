@@ -2,8 +2,10 @@
 //!
 //! Shader side: `shaders/lib/grid.inc.wgsl`, which says what grid space is.
 
-use crate::scene::description::{Bounds, Camera, GridSettings, Light};
-use glam::{DMat4, Mat4, UVec3};
+mod fit;
+
+use crate::scene::description::{Align, Bounds, Camera, GridSettings, Light, LightKind};
+use glam::{DMat3, DMat4, DVec3, Mat4, UVec3};
 
 /// The most grids in one frame: the view's, the scene's and those of the lights.
 pub const MAX_GRIDS: usize = 16;
@@ -54,8 +56,8 @@ crate::gpu_struct! {
 impl Grid {
     /// A grid of cubes aligned with the world's axes: cell (0,0,0) has its lower corner at `origin`.
     #[must_use]
-    pub fn world_aligned(origin: glam::DVec3, cell_size: f64, cells: UVec3) -> Self {
-        let world_from_grid = DMat4::from_translation(origin) * DMat4::from_scale(glam::DVec3::splat(cell_size));
+    pub fn world_aligned(origin: DVec3, cell_size: f64, cells: UVec3) -> Self {
+        let world_from_grid = DMat4::from_translation(origin) * DMat4::from_scale(DVec3::splat(cell_size));
         Self::orthographic(world_from_grid, cell_size, cells)
     }
 
@@ -88,15 +90,22 @@ impl Grid {
     /// as `settings` ask, if it isn't.
     #[must_use]
     pub fn for_camera(settings: &GridSettings, camera: &Camera, bounds: &Bounds) -> (Self, Option<String>) {
-        let _ = (settings, camera, bounds);
-        (Self::world_aligned(bounds.min, (bounds.max - bounds.min).max_element() / 128.0, UVec3::splat(128)), None)
+        let forward = (camera.target - camera.eye).as_dvec3();
+        let frame = match settings.align {
+            Align::World => DMat3::IDENTITY,
+            Align::Camera => frame_along(forward, camera.up.as_dvec3()),
+        };
+        (fit::orthographic(frame, settings.cells, bounds), None)
     }
 
     /// A light's grids: one, or six where a point light is surrounded by `bounds`.
     #[must_use]
     pub fn for_light(settings: &GridSettings, light: &Light, bounds: &Bounds) -> Vec<Self> {
-        let _ = (settings, light, bounds);
-        Vec::new()
+        let direction = match light.kind {
+            LightKind::Directional { direction } | LightKind::Spot { direction, .. } => direction.as_dvec3(),
+            LightKind::Point { position } => bounds.center() - position.as_dvec3(),
+        };
+        vec![fit::orthographic(frame_along(direction, DVec3::Y), settings.cells, bounds)]
     }
 
     /// Words of the whole grid.
@@ -104,4 +113,14 @@ impl Grid {
     pub fn word_count(&self) -> u32 {
         self.cells.x * self.cells.y * self.words_per_column
     }
+}
+
+/// `world_from_frame` of a frame whose z runs along `forward` and whose y points against `up` as far as it can.
+fn frame_along(forward: DVec3, up: DVec3) -> DMat3 {
+    let z = forward.try_normalize().unwrap_or(DVec3::NEG_Z);
+    let x = [up, DVec3::Y, DVec3::Z, DVec3::X]
+        .into_iter()
+        .find_map(|up| up.try_normalize().map(|up| z.cross(up)).filter(|x| x.length() > 1e-3))
+        .map_or(DVec3::X, DVec3::normalize);
+    DMat3::from_cols(x, z.cross(x), z)
 }

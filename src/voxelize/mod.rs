@@ -3,6 +3,8 @@
 //! A voxelizer is one host file, one shader and one entry in [`METHODS`]. The list feeds the menu, the command line, the
 //! docs' table, the tests and the benchmark.
 
+mod triangle_parallel;
+
 use crate::animate::Triangles;
 use crate::gpu::{Gpu, GpuError, Recorder};
 use crate::papers::Paper;
@@ -58,7 +60,7 @@ pub struct Input<'a> {
 }
 
 /// All methods, in the order of the menu.
-pub const METHODS: &[Method] = &[];
+pub const METHODS: &[Method] = &[triangle_parallel::METHOD];
 
 /// The method of this name.
 #[must_use]

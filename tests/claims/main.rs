@@ -5,6 +5,7 @@
 mod layering;
 mod models;
 mod shaders;
+mod voxelizers;
 
 use murrine::gpu::{AdapterChoice, Gpu};
 use std::sync::OnceLock;
