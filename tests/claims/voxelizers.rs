@@ -14,28 +14,10 @@ use murrine::voxelize::{self, Input};
 fn upload(triangles: &[[Vec3; 3]]) -> Triangles {
     let vertices: Vec<Vertex> =
         triangles.iter().flatten().map(|&position| Vertex { position, part: 0, normal: Vec3::Z, _pad: 0 }).collect();
-    let count = u32::try_from(vertices.len()).unwrap();
-    let indices: Vec<u32> = (0..count).collect();
+    let count = u32::try_from(triangles.len()).unwrap();
+    let indices: Vec<[u32; 3]> = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     let material: PartMaterial = bytemuck::Zeroable::zeroed();
-    let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("textures"),
-        size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    Triangles {
-        vertices: buffer::storage_with(gpu(), "vertices", &vertices).unwrap(),
-        indices: buffer::storage_with(gpu(), "indices", &indices).unwrap(),
-        rest_vertices: buffer::storage(gpu(), "rest_vertices", 0).unwrap(),
-        materials: buffer::storage_with(gpu(), "materials", &[material]).unwrap(),
-        textures: texture.create_view(&wgpu::TextureViewDescriptor::default()),
-        vertex_count: count,
-        triangle_count: count / 3,
-    }
+    Triangles::still(gpu(), &vertices, &indices, &[material]).unwrap()
 }
 
 /// The words of `grid` as `method` marks them.
