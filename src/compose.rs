@@ -1,7 +1,7 @@
 //! Stage 7: tone map, debug views, the picture.
 
 use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::march::Radiance;
+use crate::march::{Channel, Radiance};
 use crate::scene::description::EffectSettings;
 use crate::surroundings::SurroundingsBuffers;
 use crate::volume::Volume;
@@ -43,6 +43,8 @@ pub struct Compose {}
 pub struct Input<'a> {
     /// From the march.
     pub radiance: &'a Radiance,
+    /// What the channel beside the radiance holds.
+    pub channel: Channel,
     /// For the debug views.
     pub volume: &'a Volume,
     /// For the debug views' camera.

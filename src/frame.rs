@@ -97,8 +97,9 @@ impl Frame {
         let materials = world.materials(scene);
         let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
         let aspect = request.picture_size.x.max(1) as f32 / request.picture_size.y.max(1) as f32;
+        let view = (aspect, request.size.y);
         let inputs = Inputs {
-            surroundings: surroundings(scene, world, aspect, &cameras.light_grids, cameras.scene_grid),
+            surroundings: surroundings(scene, world, &materials, view, &cameras.light_grids, cameras.scene_grid),
             world: world.clone(),
             pose,
             deformers: stale::deformers(scene),
@@ -161,7 +162,8 @@ impl Frame {
         if stale.compose {
             rec.stage("compose")?;
             let (radiance, view) = (&self.radiance, request.view);
-            let input = compose::Input { radiance, volume, surroundings, effect: &scene.effect, view };
+            let channel = request.channel;
+            let input = compose::Input { radiance, channel, volume, surroundings, effect: &scene.effect, view };
             self.compose.record(&mut rec, &input, &self.picture);
         }
         let times = rec.finish()?;

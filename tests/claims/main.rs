@@ -4,7 +4,9 @@
 
 mod layering;
 mod models;
+mod probe;
 mod shaders;
+mod surroundings;
 mod voxelizers;
 
 use murrine::gpu::{AdapterChoice, Gpu};
