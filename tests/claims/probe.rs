@@ -2,6 +2,7 @@
 
 use crate::gpu;
 use bytemuck::Pod;
+use murrine::gpu::clock::StageClock;
 use murrine::gpu::shader::ShaderLibrary;
 use murrine::gpu::{ComputePass, Gpu, Layout, Recorder, Timing, buffer};
 
@@ -22,6 +23,7 @@ pub(crate) fn compile(source: &str, layouts: &[Layout]) -> ComputePass {
         adapter: shared.adapter.clone(),
         info: shared.info.clone(),
         shaders: ShaderLibrary::Folder(folder.path().to_owned()),
+        clock: StageClock::default(),
     };
     ComputePass::new(&own, "probe.wgsl", "main", layouts).unwrap_or_else(|e| panic!("{e}"))
 }
