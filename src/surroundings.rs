@@ -13,10 +13,7 @@ use glam::{Mat4, UVec4, Vec3, Vec4};
 use irradiance::Irradiance;
 use std::ops::Range;
 
-/// The most lights.
-pub const MAX_LIGHTS: usize = 8;
-/// The most analytic planes.
-pub const MAX_PLANES: usize = 8;
+pub use crate::scene::description::{MAX_LIGHTS, MAX_PLANES};
 
 crate::gpu_struct! {
     /// A light as shaders see it.

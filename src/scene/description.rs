@@ -24,9 +24,17 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The models.
     pub models: Vec<Model>,
-    /// The folder that model and environment files are relative to, and may not leave.
+    /// The folder that model and environment files are relative to; they may not leave its parent.
     pub folder: PathBuf,
+    /// The scene was written for a body of radius 1 and is to be fitted to the true ones once they are loaded: see
+    /// [`super::framing::frame`].
+    pub frame_camera: bool,
 }
+
+/// The most lights of a scene.
+pub const MAX_LIGHTS: usize = 8;
+/// The most analytic planes of a scene.
+pub const MAX_PLANES: usize = 8;
 
 /// A pinhole camera.
 #[derive(Debug, Clone, Copy, PartialEq)]

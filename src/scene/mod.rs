@@ -1,19 +1,22 @@
 //! What is to be shown: the scene file, the models it names, and their state at a time.
 //!
-//! [`description`] is the scene as its file says it; [`file`](mod@file) reads and edits such files; [`gltf`] and [`shapes`] make
-//! [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names, loaded; [`pose`] is its state at
-//! a time and [`bounds`] how far it then reaches; [`material`] is what light sees of a part.
+//! [`description`] is the scene as its file says it, in [`words`]; [`file`](mod@file) reads, edits and writes such files;
+//! [`gltf`] and [`shapes`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
+//! loaded; [`pose`] is its state at a time and [`bounds`] how far it then reaches; [`framing`] fits a scene to bodies of
+//! unknown size; [`material`] is what light sees of a part.
 
 pub mod bounds;
 pub mod clips;
 pub mod deform;
 pub mod description;
 pub mod file;
+pub mod framing;
 pub mod geometry;
 pub mod gltf;
 pub mod material;
 pub mod pose;
 pub mod shapes;
+pub mod words;
 pub mod world;
 
 pub use description::Scene;

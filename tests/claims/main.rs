@@ -5,6 +5,7 @@
 mod layering;
 mod models;
 mod probe;
+mod scene_files;
 mod shaders;
 mod surroundings;
 mod voxelizers;
