@@ -84,7 +84,7 @@ impl History {
 #[must_use]
 pub fn is_same_edit(a: &Scene, b: &Scene) -> bool {
     // Field by field, so that a new one can't be forgotten.
-    let Scene { camera, grid, light_grid, voxelizer, effect, background, lights, models, folder } = a;
+    let Scene { camera, grid, light_grid, voxelizer, effect, background, lights, models, folder, frame_camera: _ } = a;
     camera.fov_deg.to_bits() == b.camera.fov_deg.to_bits()
         && *grid == b.grid
         && *light_grid == b.light_grid
