@@ -1,6 +1,6 @@
 //! What rays meet outside the volume: camera, lights, planes, background. One uniform and one texture.
 //!
-//! Shader side: `shaders/lib/surroundings.inc.wgsl`.
+//! Shader side: `shaders/lib/surroundings.inc.wgsl` (the data), `shaders/lib/shading.inc.wgsl` (what it looks like).
 
 mod irradiance;
 

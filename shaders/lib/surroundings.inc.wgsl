@@ -1,14 +1,10 @@
-#include "lib/geometry.inc.wgsl"
-#include "lib/light_volume.inc.wgsl"
-// What rays meet outside the volume: camera, lights, analytic planes, background; and how an opaque surface is lit.
+// What surrounds the volume, as data: camera, lights, analytic planes, background; and the geometry of it.
+// What it looks like: `lib/shading.inc.wgsl`.
 //
-// Bind as: var<uniform> surroundings: Surroundings; var environment: texture_2d<f32>; var environment_sampler: sampler;
-//          var<storage, read> materials: array<PartMaterial>; and what `lib/light_volume.inc.wgsl` asks for.
+// Bind as: var<uniform> surroundings: Surroundings;
 //
-// Directions point the way a ray travels. Lengths are world units, colours linear radiance. Opaque surfaces are
-// Lambertian: radiance = base colour / π × irradiance.
+// Directions point the way a ray travels. Lengths are world units, colours linear radiance.
 
-const PI: f32 = 3.14159265;
 const MAX_LIGHTS: u32 = 8u;
 const MAX_PLANES: u32 = 8u;
 const NO_PLANE: u32 = 0xffffffffu;
@@ -21,10 +17,6 @@ const BACKGROUND_COLOR: u32 = 0u;
 const BACKGROUND_SKY: u32 = 1u;
 const BACKGROUND_CHECKER: u32 = 2u;
 const BACKGROUND_ENVIRONMENT: u32 = 3u;
-
-// Half the angle under which every light is seen in mirrors, radians: a low sun behind thin haze. Its radiance is its
-// irradiance over this disc's solid angle, so that the energy of a highlight does not hang on the disc's size.
-const LIGHT_RADIUS: f32 = 0.04;
 
 struct LightData {
     position: vec3f,
@@ -77,81 +69,6 @@ fn view_direction(picture: vec2f) -> vec3f {
     return normalize(surroundings.forward + s.x * surroundings.right + s.y * surroundings.up);
 }
 
-// ---- checkerboards
-
-// Share of the first colour in a box of `width` around `p`; both in squares. Exact box filter of the pattern.
-fn checker_share(p: vec2f, width: vec2f) -> f32 {
-    let w = max(width, vec2f(1e-3));
-    let a = p - 0.5 * w;
-    let b = p + 0.5 * w;
-    // Integral of the ±1 square wave of period 2: a triangle wave.
-    let wave = 2.0 * (abs(fract(b * 0.5) - 0.5) - abs(fract(a * 0.5) - 0.5)) / w;
-    return 0.5 + 0.5 * wave.x * wave.y;
-}
-
-// ---- background
-
-// Radiance of the background along `direction` (unit) from `origin`, which matters to the checkerboard alone.
-fn background_from(origin: vec3f, direction: vec3f) -> vec3f {
-    switch surroundings.background_kind {
-        case BACKGROUND_SKY: {
-            let sky = mix(surroundings.background_a.rgb, surroundings.background_b.rgb,
-                          pow(max(direction.y, 0.0), surroundings.background_parameter));
-            // A horizon as wide as a pixel, so that it does not show steps.
-            let below = smoothstep(0.5, -0.5, direction.y / max(surroundings.pixel_angle, 1e-4));
-            return mix(sky, surroundings.background_c.rgb, below);
-        }
-        case BACKGROUND_CHECKER: {
-            let normal = surroundings.background_d.xyz;
-            let mean = 0.5 * (surroundings.background_a.rgb + surroundings.background_b.rgb);
-            let falling = -dot(direction, normal);
-            if falling < 1e-4 {
-                return mean;
-            }
-            let t = dot(origin - surroundings.background_c.xyz, normal) / falling;
-            if t <= 0.0 {
-                return mean;
-            }
-            let p = origin + t * direction - surroundings.background_c.xyz;
-            // The plane's own axes: level to the right, then up.
-            var level = cross(vec3f(0.0, 1.0, 0.0), normal);
-            level = select(normalize(level), vec3f(1.0, 0.0, 0.0), dot(level, level) < 1e-8);
-            let upward = cross(normal, level);
-            let square = surroundings.background_parameter;
-            let width = vec2f(t * surroundings.pixel_angle / (falling * square));
-            let share = checker_share(vec2f(dot(p, level), dot(p, upward)) / square, width);
-            return mix(surroundings.background_b.rgb, surroundings.background_a.rgb, share);
-        }
-        case BACKGROUND_ENVIRONMENT: {
-            let turn = surroundings.background_c.x;
-            let c = cos(turn);
-            let s = sin(turn);
-            let x = c * direction.x - s * direction.z;
-            let z = s * direction.x + c * direction.z;
-            let uv = vec2f(0.5 + atan2(x, -z) / (2.0 * PI), acos(clamp(direction.y, -1.0, 1.0)) / PI);
-            return textureSampleLevel(environment, environment_sampler, uv, 0.0).rgb * surroundings.background_c.y;
-        }
-        default: {
-            return surroundings.background_a.rgb;
-        }
-    }
-}
-
-// Radiance of the background along `direction` as the camera sees it.
-fn background_radiance(direction: vec3f) -> vec3f {
-    return background_from(surroundings.eye, direction);
-}
-
-// Irradiance that a surface with unit normal `n` receives from the whole background.
-fn background_irradiance(n: vec3f) -> vec3f {
-    var e = surroundings.irradiance[0].rgb;
-    e += surroundings.irradiance[1].rgb * n.y + surroundings.irradiance[2].rgb * n.z + surroundings.irradiance[3].rgb * n.x;
-    e += surroundings.irradiance[4].rgb * (n.x * n.y) + surroundings.irradiance[5].rgb * (n.y * n.z);
-    e += surroundings.irradiance[6].rgb * (3.0 * n.z * n.z - 1.0) + surroundings.irradiance[7].rgb * (n.x * n.z);
-    e += surroundings.irradiance[8].rgb * (n.x * n.x - n.y * n.y);
-    return max(e, vec3f(0.0));
-}
-
 // ---- planes
 
 struct PlaneHit {
@@ -172,140 +89,4 @@ fn nearest_plane(origin: vec3f, direction: vec3f, t_max: f32) -> PlaneHit {
         }
     }
     return hit;
-}
-
-// Colour of plane number `plane` at world point `p`: a checkerboard whose squares blend where a pixel holds several.
-fn plane_base_color(plane: u32, p: vec3f) -> vec3f {
-    let base = materials[surroundings.planes[plane].part].base_color;
-    let squares = surroundings.planes[plane].checker_squares;
-    if squares <= 0.0 {
-        return base;
-    }
-    let local_from_world = surroundings.planes[plane].local_from_world;
-    let at = (local_from_world * vec4f(p, 1.0)).xz * squares;
-    // The pixel's footprint: two steps across the ray, slid along it into the plane.
-    let from_eye = p - surroundings.eye;
-    let distance = max(length(from_eye), 1e-6);
-    let along = from_eye / distance;
-    let n = surroundings.planes[plane].normal;
-    let falling = dot(along, n);
-    let slant = select(-1.0, 1.0, falling >= 0.0) * max(abs(falling), 1e-3);
-    let aside = normalize(cross(along, select(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), abs(along.y) > 0.9)));
-    let second = cross(along, aside);
-    let size = distance * surroundings.pixel_angle;
-    let step_a = size * (aside - along * (dot(aside, n) / slant));
-    let step_b = size * (second - along * (dot(second, n) / slant));
-    let width_a = abs((local_from_world * vec4f(step_a, 0.0)).xz);
-    let width_b = abs((local_from_world * vec4f(step_b, 0.0)).xz);
-    let share = checker_share(at, (width_a + width_b) * squares);
-    return mix(surroundings.planes[plane].checker_color, base, share);
-}
-
-// ---- lights
-
-struct Arriving {
-    to_light: vec3f,        // unit
-    irradiance: vec3f,      // on a surface that faces the light, nothing in between
-}
-
-// Light number `light` at `p`, nothing in between.
-fn light_arriving(light: u32, p: vec3f) -> Arriving {
-    let radiance = surroundings.lights[light].radiance;
-    if surroundings.lights[light].kind == LIGHT_DIRECTIONAL {
-        return Arriving(-surroundings.lights[light].direction, radiance);
-    }
-    let offset = surroundings.lights[light].position - p;
-    let distance2 = max(dot(offset, offset), 1e-6);
-    let to_light = offset * inverseSqrt(distance2);
-    var cone = 1.0;
-    if surroundings.lights[light].kind == LIGHT_SPOT {
-        let outer = surroundings.lights[light].cos_outer;
-        let inner = max(surroundings.lights[light].cos_inner, outer + 1e-5);
-        cone = smoothstep(outer, inner, -dot(to_light, surroundings.lights[light].direction));
-    }
-    return Arriving(to_light, radiance * (cone / distance2));
-}
-
-// Radiance of the lights themselves, seen from `p` along `direction` (unit) as discs of angular radius `radius`;
-// what stands between them and `p` dims them. A disc's edge is soft by a third of its radius.
-fn lights_seen(p: vec3f, n: vec3f, direction: vec3f, radius: f32) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var i = 0u; i < surroundings.counts.x; i++) {
-        let arriving = light_arriving(i, p);
-        let off = direction - arriving.to_light;    // chord: equals the angle as far as it is small
-        let angle = length(off) / radius;
-        if angle < 1.15 {
-            let disc = smoothstep(1.15, 0.85, angle) / (PI * radius * radius);
-            sum += arriving.irradiance * disc * light_transmittance(i, p, n);
-        }
-    }
-    return sum;
-}
-
-// Schlick's Fresnel term of a dielectric in air.
-fn fresnel_schlick(cos_angle: f32, f0: f32) -> f32 {
-    let m = clamp(1.0 - cos_angle, 0.0, 1.0);
-    return f0 + (1.0 - f0) * (m * m) * (m * m) * m;
-}
-
-// The lights mirrored by a clear surface at `p` whose unit normal `n` faces the viewer; Fresnel of glass included.
-// Roughness widens and dims the highlight.
-fn specular_highlights(p: vec3f, n: vec3f, view_dir: vec3f, roughness: f32) -> vec3f {
-    let mirrored = reflect(view_dir, n);
-    let radius = LIGHT_RADIUS + 0.6 * roughness * roughness;
-    return fresnel_schlick(-dot(n, view_dir), 0.04) * lights_seen(p, n, mirrored, radius);
-}
-
-// ---- opaque surfaces
-
-// Broad GGX lobe of an opaque dielectric, times the cosine of the light.
-fn rough_lobe(n: vec3f, view_dir: vec3f, to_light: vec3f, roughness: f32) -> f32 {
-    let a2 = pow(max(roughness, 0.2), 4.0);
-    let h = normalize(to_light - view_dir);
-    let nh = max(dot(n, h), 0.0);
-    let nl = max(dot(n, to_light), 0.0);
-    let nv = max(-dot(n, view_dir), 1e-3);
-    let q = nh * nh * (a2 - 1.0) + 1.0;
-    let d = a2 / (PI * q * q);
-    let v = 0.5 / max(nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2), 1e-4);
-    return d * v * fresnel_schlick(max(dot(h, to_light), 0.0), 0.04) * nl;
-}
-
-// As `shade_surface`; `bias_normal` is what shadows are looked up with: zero for what is in no light's grid.
-fn shade(p: vec3f, normal: vec3f, bias_normal: vec3f, view_dir: vec3f, base_color: vec3f, roughness: f32) -> vec3f {
-    let n = select(normal, -normal, dot(normal, view_dir) > 0.0);
-    var diffuse = background_irradiance(n);
-    var specular = vec3f(0.0);
-    for (var i = 0u; i < surroundings.counts.x; i++) {
-        let arriving = light_arriving(i, p);
-        let cosine = dot(n, arriving.to_light);
-        if cosine > 0.0 && any(arriving.irradiance > vec3f(0.0)) {
-            let bias = select(bias_normal, -bias_normal, dot(bias_normal, n) < 0.0);
-            let left = arriving.irradiance * light_transmittance(i, p, bias);
-            diffuse += left * cosine;
-            if roughness > 0.0 {
-                specular += left * rough_lobe(n, view_dir, arriving.to_light, roughness);
-            }
-        }
-    }
-    return base_color / PI * diffuse + specular;
-}
-
-// Radiance that an opaque surface at `p` sends back against `view_dir`: every light's share with its shadow, the
-// background's, and its own. `n` is unit and may face away. A roughness of 0 means matte: no lobe beside the diffuse.
-fn shade_surface(p: vec3f, n: vec3f, view_dir: vec3f, base_color: vec3f, roughness: f32, emissive: vec3f) -> vec3f {
-    return emissive + shade(p, n, n, view_dir, base_color, roughness);
-}
-
-// Radiance of plane number `plane` at `p`, met by a ray along `view_dir`. Towards the edge of a large floor seen at a
-// low angle it melts into the background, as haze does to a horizon.
-fn shade_plane(plane: u32, p: vec3f, view_dir: vec3f) -> vec3f {
-    let part = surroundings.planes[plane].part;
-    let n = surroundings.planes[plane].normal;
-    let color = plane_base_color(plane, p);
-    let surface = materials[part].emissive + shade(p, n, vec3f(0.0), view_dir, color, materials[part].roughness);
-    let low = smoothstep(0.16, 0.04, abs(dot(n, view_dir)));
-    let at = (surroundings.planes[plane].local_from_world * vec4f(p, 1.0)).xz;
-    let haze = low * smoothstep(0.25, 1.0, length(at));
-    return mix(surface, background_from(p, view_dir), haze);
 }

@@ -1,7 +1,7 @@
 //! What a background sheds on a surface: nine spherical harmonics of the surface's normal, cosine lobe folded in.
 //!
 //! Source: Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps". The polynomials
-//! are, in order: 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y²; `background_irradiance` in `lib/surroundings.inc.wgsl` sums
+//! are, in order: 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y²; `background_irradiance` in `lib/shading.inc.wgsl` sums
 //! them. Mean error of a diffuse surface under any distant light: about 1%.
 
 use crate::scene::world::EnvironmentMap;
