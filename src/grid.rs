@@ -108,6 +108,34 @@ impl Grid {
         vec![fit::orthographic(frame_along(direction, DVec3::Y), settings.cells, bounds)]
     }
 
+    /// Grid-space z of the boundary below slice `k`; `slab(cells.z)` is the far end.
+    #[must_use]
+    pub fn slab(&self, k: f64) -> f64 {
+        if self.projection == ORTHOGRAPHIC {
+            return k;
+        }
+        let (near, far, n) = (f64::from(self.near), f64::from(self.far), f64::from(self.cells.z));
+        let depth = near + k * (far - near) / n;
+        n * far / (far - near) * (1.0 - near / depth)
+    }
+
+    /// The slice (fractional, not clamped) that grid-space `z` lies in: the inverse of [`Grid::slab`].
+    #[must_use]
+    pub fn slice_of(&self, z: f64) -> f64 {
+        if self.projection == ORTHOGRAPHIC {
+            return z;
+        }
+        let (near, far, n) = (f64::from(self.near), f64::from(self.far), f64::from(self.cells.z));
+        let depth = near / (1.0 - z * (far - near) / (n * far));
+        (depth - near) * n / (far - near)
+    }
+
+    /// Index of the word of cell (x, y, z) within the grid.
+    #[must_use]
+    pub fn word_of(&self, [x, y, z]: [u32; 3]) -> usize {
+        ((y * self.cells.x + x) * self.words_per_column + (z >> 5)) as usize
+    }
+
     /// Words of the whole grid.
     #[must_use]
     pub fn word_count(&self) -> u32 {

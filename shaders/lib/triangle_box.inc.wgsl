@@ -19,8 +19,12 @@ struct EdgeBounds {
     hi: vec3f,
 }
 
+// Everything that doesn't depend on the cell.
 struct TriangleBox {
     origin: vec3f,          // whole cells
+    v0: vec3f,              // vertices, relative to origin
+    v1: vec3f,
+    v2: vec3f,
     lo: vec3f,              // the triangle's own box, relative to origin
     hi: vec3f,
     x_of_y: EdgeBounds,     // XY edges: x of a row of columns
@@ -29,12 +33,11 @@ struct TriangleBox {
     plane_slope: vec2f,     // z lies in plane_slope·(x, y) + [plane_lo, plane_hi]
     plane_lo: f32,
     plane_hi: f32,
-    // What the thin test needs besides.
-    v0: vec3f,
-    v1: vec3f,
-    v2: vec3f,
     normal: vec3f,
 }
+
+// Thin, 6-separating: the cell's diamond counts where for 26-separating its whole box does.
+override thin: bool = false;
 
 const UNBOUNDED: f32 = 1e30;
 
@@ -136,17 +139,65 @@ fn columns_met(g: Grid, t: TriangleBox, row: i32) -> vec2i {
     return cells_met(t.origin.x + lo, t.origin.x + hi, g.cells.x);
 }
 
-// Cells z of a column that the triangle meets, given that its projection meets the column (26-separating).
+// Cells z of a column that the triangle meets, given that its projection meets the column.
 fn slices_met(g: Grid, t: TriangleBox, column: vec2i) -> vec2i {
     let p = vec2f(column) + 0.5 - t.origin.xy;
     let plane = dot(t.plane_slope, p);
     let lo = max(max(t.lo.z, plane + t.plane_lo), max(lower_end(t.z_of_y, p.y), lower_end(t.z_of_x, p.x)));
     let hi = min(min(t.hi.z, plane + t.plane_hi), min(upper_end(t.z_of_y, p.y), upper_end(t.z_of_x, p.x)));
     // A perspective grid's z has an end not far beyond the grid, where `slice_of` turns round.
+    let depth = f32(g.cells.z);
     let first = t.origin.z + lo;
-    let last = min(t.origin.z + hi, f32(g.cells.z));
-    if first > f32(g.cells.z) || last < 0.0 {
+    let last = min(t.origin.z + hi, depth);
+    if first > depth || last < 0.0 {
         return vec2i(0, -1);
     }
-    return cells_met(slice_of(g, first), slice_of(g, last), g.cells.z);
+    var run = cells_met(slice_of(g, first), slice_of(g, last), g.cells.z);
+    if thin {
+        // Thin cells are a run within the others.
+        while run.x <= run.y && !thin_meets(g, t, vec3i(column, run.x)) {
+            run.x++;
+        }
+        while run.x < run.y && !thin_meets(g, t, vec3i(column, run.y)) {
+            run.y--;
+        }
+    }
+    return run;
+}
+
+// Rounding of a vertex, as a fraction of the grid.
+const VERTEX_ROUNDING: f32 = 1e-7;
+
+// The thin rule (Schwarz & Seidel 2010; RB Fig. 18) for a cell that the triangle meets: the plane meets the diamond
+// inscribed in the cell, and in each projection the diamond inscribed in its square reaches the inner side of each edge.
+fn thin_meets(g: Grid, t: TriangleBox, cell: vec3i) -> bool {
+    let b = cell_box(g, cell);
+    let c = b.center - t.origin;
+    let n = abs(t.normal) * b.half;
+    if abs(dot(t.normal, c - t.v0)) > max(n.x, max(n.y, n.z)) {
+        return false;
+    }
+    let rounding = VERTEX_ROUNDING * f32(max(g.cells.x, max(g.cells.y, g.cells.z)));
+    let v0 = t.v0 - c;
+    let v1 = t.v1 - c;
+    let v2 = t.v2 - c;
+    let x = vec3f(v0.x, v1.x, v2.x);
+    let y = vec3f(v0.y, v1.y, v2.y);
+    let z = vec3f(v0.z, v1.z, v2.z);
+    return inner_sides(x, y, b.half.xy, rounding) && inner_sides(y, z, b.half.yz, rounding)
+        && inner_sides(x, z, b.half.xz, rounding);
+}
+
+// Whether the diamond about 0 inscribed in a rectangle reaches the inner side of all edges of a projected triangle. An
+// edge whose inner side is a matter of rounding bounds both sides.
+fn inner_sides(u: vec3f, v: vec3f, half: vec2f, rounding: f32) -> bool {
+    let along_u = u.yzx - u;
+    let along_v = v.yzx - v;
+    let reach = max(abs(along_v) * half.x, abs(along_u) * half.y);
+    let at_edge = along_u * v - along_v * u;
+    let width = along_u * (v.zxy - v) - along_v * (u.zxy - u);
+    let unsure = rounding * (abs(along_u) + abs(along_v) + abs(u.zxy - u) + abs(v.zxy - v));
+    let above = reach >= at_edge + min(width, vec3f(0.0));
+    let below = reach >= -at_edge - max(width, vec3f(0.0));
+    return all((above | (width < -unsure)) & (below | (width > unsure)));
 }

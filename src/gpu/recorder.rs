@@ -66,6 +66,18 @@ impl<'g> Recorder<'g> {
         Ok(())
     }
 
+    /// Submits what is recorded and waits for it; the stage goes on. Only for a pass that must see results on the host,
+    /// which no frame that is in a hurry has.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn flush(&mut self) -> Result<(), GpuError> {
+        let done = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+        self.gpu.queue.submit([done.finish()]);
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+        Ok(())
+    }
+
     /// Ends the last stage and submits. Stages of one name are summed. With [`Timing::Timestamps`] the times are those
     /// of the latest frame whose times have arrived.
     ///
@@ -83,9 +95,7 @@ impl<'g> Recorder<'g> {
         match self.timing {
             Timing::Off => {}
             Timing::Submit => {
-                let done = std::mem::replace(&mut self.encoder, encoder(self.gpu));
-                self.gpu.queue.submit([done.finish()]);
-                self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+                self.flush()?;
                 let ms = self.started.elapsed().as_secs_f64() * 1e3;
                 if let Some(stage) = self.stage {
                     add_time(&mut self.times, stage, ms);

@@ -3,7 +3,12 @@
 //! A voxelizer is one host file, one shader and one entry in [`METHODS`]. The list feeds the menu, the command line, the
 //! docs' table, the tests and the benchmark.
 
+mod clip;
+mod cpu_exact;
+mod separating_axes;
 mod triangle_parallel;
+
+pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
 
 use crate::animate::Triangles;
 use crate::gpu::{Gpu, GpuError, Recorder};
@@ -59,8 +64,22 @@ pub struct Input<'a> {
     pub settings: &'a VoxelizerSettings,
 }
 
+impl<'a> Input<'a> {
+    /// What the shaders of most methods bind.
+    fn resources(&self) -> [(&'static str, wgpu::BindingResource<'a>); 6] {
+        [
+            ("grids", self.volume.grid_data.as_entire_binding()),
+            ("grid_index", self.volume.grid_index[self.grid].as_entire_binding()),
+            ("vertices", self.triangles.vertices.as_entire_binding()),
+            ("indices", self.triangles.indices.as_entire_binding()),
+            ("materials", self.triangles.materials.as_entire_binding()),
+            ("occupancy", self.volume.occupancy.as_entire_binding()),
+        ]
+    }
+}
+
 /// All methods, in the order of the menu.
-pub const METHODS: &[Method] = &[triangle_parallel::METHOD];
+pub const METHODS: &[Method] = &[cpu_exact::METHOD, triangle_parallel::METHOD];
 
 /// The method of this name.
 #[must_use]

@@ -24,6 +24,7 @@ use crate::animate::Vertex;
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder};
 use crate::grid::Grid;
 use crate::papers;
+use crate::scene::description::Separability;
 use crate::scene::material::PartMaterial;
 
 const SHADER: &str = "voxelize/triangle_parallel.wgsl";
@@ -39,30 +40,26 @@ pub(super) const METHOD: Method = Method {
 
 #[derive(Debug)]
 struct TriangleParallel {
-    pass: ComputePass,
+    thick: ComputePass,
+    thin: ComputePass,
 }
 
 impl TriangleParallel {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
-        Ok(Self { pass: ComputePass::new(gpu, SHADER, "main", &layouts)? })
+        let pass = |thin| ComputePass::with_constants(gpu, SHADER, "main", &layouts, &[("thin", thin)]);
+        Ok(Self { thick: pass(0.0)?, thin: pass(1.0)? })
     }
 }
 
 impl Voxelizer for TriangleParallel {
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
-        let group = self.pass.bind(
-            rec.gpu,
-            &[
-                ("grids", input.volume.grid_data.as_entire_binding()),
-                ("grid_index", input.volume.grid_index[input.grid].as_entire_binding()),
-                ("vertices", input.triangles.vertices.as_entire_binding()),
-                ("indices", input.triangles.indices.as_entire_binding()),
-                ("materials", input.triangles.materials.as_entire_binding()),
-                ("occupancy", input.volume.occupancy.as_entire_binding()),
-            ],
-        );
-        self.pass.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
+        let pass = match input.settings.separability {
+            Separability::TwentySix => &self.thick,
+            Separability::Six => &self.thin,
+        };
+        let group = pass.bind(rec.gpu, &input.resources());
+        pass.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
         Ok(())
     }
 }
