@@ -1,17 +1,24 @@
-//! What the voxelizers promise.
+//! What the voxelizers promise: every exact method marks the voxels that `cpu-exact` marks, and `cpu-exact` marks those
+//! that a triangle cut to a voxel's box leaves something in.
+
+mod truth;
 
 use crate::gpu;
-use glam::{DVec3, UVec3, Vec3};
+use glam::{DMat3, DMat4, DVec3, UVec3, Vec3};
 use murrine::animate::{Triangles, Vertex};
 use murrine::gpu::{Recorder, Timing, buffer};
 use murrine::grid::Grid;
-use murrine::scene::description::VoxelizerSettings;
+use murrine::scene::description::{Separability, Shape, VoxelizerSettings};
 use murrine::scene::material::PartMaterial;
+use murrine::scene::shapes::shape;
 use murrine::volume::Volume;
-use murrine::voxelize::{self, Input};
+use murrine::voxelize::{self, ExactVoxels, Input, Promise, exact_voxels};
+
+/// A triangle in world space.
+type Triangle = [Vec3; 3];
 
 /// Triangles in world space, as `animate` would leave them.
-fn upload(triangles: &[[Vec3; 3]]) -> Triangles {
+fn upload(triangles: &[Triangle]) -> Triangles {
     let vertices: Vec<Vertex> =
         triangles.iter().flatten().map(|&position| Vertex { position, part: 0, normal: Vec3::Z, _pad: 0 }).collect();
     let count = u32::try_from(triangles.len()).unwrap();
@@ -34,15 +41,185 @@ fn words(method: &str, grid: Grid, triangles: &Triangles, settings: &VoxelizerSe
     buffer::read(gpu(), &volume.occupancy, 0, count).unwrap()
 }
 
+/// Voxels that differ from the truth, ties left out.
+#[derive(Debug, PartialEq, Eq, Clone, Copy)]
+struct Faults {
+    missing: u32,
+    spurious: u32,
+}
+
+fn faults(words: &[u32], truth: &ExactVoxels) -> Faults {
+    let mut faults = Faults { missing: 0, spurious: 0 };
+    for ((&got, &want), &tie) in words.iter().zip(&truth.words).zip(&truth.ties) {
+        faults.missing += (want & !got & !tie).count_ones();
+        faults.spurious += (got & !want & !tie).count_ones();
+    }
+    faults
+}
+
+fn count(words: &[u32]) -> u32 {
+    words.iter().map(|w| w.count_ones()).sum()
+}
+
+fn settings(separability: Separability) -> VoxelizerSettings {
+    VoxelizerSettings { separability, ..VoxelizerSettings::default() }
+}
+
+const BOTH: [Separability; 2] = [Separability::TwentySix, Separability::Six];
+
+fn exact_methods() -> impl Iterator<Item = &'static str> {
+    voxelize::METHODS.iter().filter(|m| m.promise == Promise::Exact).map(|m| m.name)
+}
+
+/// Fails unless every exact method equals the truth in every voxel that is no tie.
+fn assert_all_exact(what: &str, grid: Grid, triangles: &[Triangle]) {
+    let uploaded = upload(triangles);
+    for separability in BOTH {
+        let truth = exact_voxels(&grid, triangles, separability);
+        let (marked, ties) = (count(&truth.words), count(&truth.ties));
+        for method in exact_methods() {
+            let words = words(method, grid, &uploaded, &settings(separability));
+            let faults = faults(&words, &truth);
+            assert_eq!(
+                faults,
+                Faults { missing: 0, spurious: 0 },
+                "{method}, {what}, {}, {separability:?}: of {marked} voxels, {ties} ties",
+                grid.cells
+            );
+        }
+    }
+}
+
+fn mesh(of: &Shape) -> Vec<Triangle> {
+    let geometry = shape(of);
+    let at = |i: u32| geometry.vertices[i as usize].position;
+    geometry.triangles.iter().map(|t| t.map(at)).collect()
+}
+
+fn sphere() -> Vec<Triangle> {
+    mesh(&Shape::Sphere { radius: 0.9, rings: 40 })
+}
+
+fn torus() -> Vec<Triangle> {
+    mesh(&Shape::Torus { radius: 0.7, tube: 0.23, segments: 60 })
+}
+
+/// Even numbers in 0 … 1 from a seed.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        // SplitMix64.
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn point(&mut self, half: f32) -> Vec3 {
+        Vec3::new(self.next() - 0.5, self.next() - 0.5, self.next() - 0.5) * (2.0 * half)
+    }
+}
+
+/// Triangles of all sizes, from a hundredth of the grid to all of it.
+fn soup(n: usize) -> Vec<Triangle> {
+    let mut random = Random(7);
+    (0..n)
+        .map(|_| {
+            let size = 0.01_f32.powf(random.next());
+            let at = random.point(1.0);
+            [0; 3].map(|_| at + random.point(size))
+        })
+        .collect()
+}
+
+/// Triangles that are hardly any: thin ones, segments, points, in all directions and along the axes.
+fn needles() -> Vec<Triangle> {
+    let mut random = Random(11);
+    let mut needles = Vec::new();
+    for i in 0..400 {
+        let a = random.point(0.9);
+        let length = 0.01_f32.powf(random.next());
+        let b = a + random.point(length);
+        let b = if i % 5 == 0 { Vec3::new(a.x, a.y, b.z) } else { b };
+        let width = 10_f32.powf(-1.0 - 6.0 * random.next());
+        let off = random.point(width);
+        needles.push(match i % 4 {
+            0 => [a, b, b + off],
+            1 => [a, b, a.lerp(b, random.next()) + off],
+            2 => [a, b, b],
+            _ => [a, a, a + off * 0.1],
+        });
+    }
+    needles
+}
+
+/// Triangles much larger than the grid, that cross it or pass it by.
+fn huge() -> Vec<Triangle> {
+    let mut random = Random(13);
+    (0..12).map(|_| [0; 3].map(|_| random.point(6.0))).collect()
+}
+
+/// A grid of cubes about the origin that contains −1 … 1, turned by a rotation that favours no axis.
+fn turned(cells: UVec3) -> Grid {
+    let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.37, 0.71, -0.23);
+    let cell_size = 2.0 * 1.8 / f64::from(cells.min_element());
+    let world_from_grid = DMat4::from_mat3(turn)
+        * DMat4::from_scale(DVec3::splat(cell_size))
+        * DMat4::from_translation(cells.as_dvec3() * -0.5 + 0.137);
+    Grid::orthographic(world_from_grid, cell_size, cells)
+}
+
 #[test]
 fn a_needle_marks_its_column_and_a_triangle_its_cells_and_those_it_touches() {
     let grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(64));
-    let triangles = upload(&[
+    let corner = Vec3::splat(10.5);
+    let triangles = [
         [Vec3::new(1.5, 1.5, 1.5), Vec3::new(1.5, 1.5, 40.5), Vec3::new(1.6, 1.5, 1.5)],
-        [Vec3::new(10.5, 10.5, 10.5), Vec3::new(20.5, 10.5, 10.5), Vec3::new(10.5, 20.5, 10.5)],
-    ]);
-    let words = words("triangle-parallel", grid, &triangles, &VoxelizerSettings::default());
-    let marked: u32 = words.iter().map(|w| w.count_ones()).sum();
-    // The long side passes through ten corners of cells that it otherwise misses.
-    assert_eq!(marked, 40 + 11 * 12 / 2 + 10);
+        [corner, corner + 10.0 * Vec3::X, corner + 10.0 * Vec3::Y],
+    ];
+    for method in exact_methods() {
+        let words = words(method, grid, &upload(&triangles), &VoxelizerSettings::default());
+        // The long side passes through ten corners of cells that it otherwise misses.
+        assert_eq!(count(&words), 40 + 11 * 12 / 2 + 10, "{method}");
+    }
+}
+
+#[test]
+fn exact_methods_equal_the_truth_on_closed_bodies() {
+    for cells in [UVec3::splat(64), UVec3::new(100, 37, 211)] {
+        assert_all_exact("sphere", turned(cells), &sphere());
+        assert_all_exact("torus", turned(cells), &torus());
+    }
+}
+
+#[test]
+fn exact_methods_equal_the_truth_on_a_soup_of_triangles() {
+    assert_all_exact("soup", turned(UVec3::splat(64)), &soup(600));
+    assert_all_exact("soup", turned(UVec3::new(100, 37, 211)), &soup(300));
+}
+
+#[test]
+fn exact_methods_equal_the_truth_on_needles_segments_and_points() {
+    assert_all_exact("needles", turned(UVec3::splat(128)), &needles());
+    assert_all_exact("needles", Grid::world_aligned(DVec3::splat(-1.0), 2.0 / 64.0, UVec3::splat(64)), &needles());
+}
+
+#[test]
+fn exact_methods_equal_the_truth_on_triangles_larger_than_the_grid() {
+    assert_all_exact("huge", turned(UVec3::splat(64)), &huge());
+}
+
+#[test]
+fn a_shifted_body_is_told_from_the_truth() {
+    let grid = turned(UVec3::splat(64));
+    for separability in BOTH {
+        let truth = exact_voxels(&grid, &sphere(), separability);
+        let shifted: Vec<Triangle> = sphere().iter().map(|t| t.map(|p| p + Vec3::X * grid.cell_size * 0.01)).collect();
+        for method in exact_methods() {
+            let faults = faults(&words(method, grid, &upload(&shifted), &settings(separability)), &truth);
+            assert!(faults.missing > 0 && faults.spurious > 0, "{method}, {separability:?}: {faults:?}");
+        }
+    }
 }
