@@ -48,6 +48,8 @@ struct DeformerMotion {
 
 const DEFORMER_TWIST: u32 = 0u;
 const MAX_DEFORMERS: u32 = 64u;
+// Fills `flat_triangles` up: the smallest buffer has room for four.
+const PADDING: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<storage, read_write> vertices: array<Vertex>;     // `part` is set when a scene is uploaded
 @group(0) @binding(1) var<storage, read> rest_vertices: array<RestVertex>;
@@ -160,7 +162,11 @@ fn flat_normals(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     if i >= arrayLength(&flat_triangles) {
         return;
     }
-    let first = 3u * flat_triangles[i];
+    let triangle = flat_triangles[i];
+    if triangle == PADDING {
+        return;
+    }
+    let first = 3u * triangle;
     let a = indices[first];
     let b = indices[first + 1u];
     let c = indices[first + 2u];

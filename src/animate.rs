@@ -3,11 +3,12 @@
 //! What a scene shows is uploaded once; a frame uploads matrices, morph weights and deformers, nothing else.
 
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
-use crate::scene::description::Deformer;
+use crate::scene::deform::Deformation;
 use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Texture};
 use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
+use std::f64::consts::TAU;
 
 crate::gpu_struct! {
     /// An animated vertex.
@@ -60,7 +61,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A [`Deformer`] at one time.
+    /// A [`Deformation`] as shaders see it.
     pub struct DeformerMotion {
         /// Unit, model space.
         pub axis: Vec3,
@@ -86,6 +87,8 @@ pub const MAX_TRIANGLES: usize = 1 << 24;
 /// Part numbers have 12 bits in records.
 pub const MAX_PARTS: usize = 1 << 12;
 
+/// Fills the list of flat triangles up, `PADDING` in the shader: the smallest buffer has room for four.
+const PADDING: u32 = u32::MAX;
 /// Largest side of a layer of the texture array, texels.
 const MAX_TEXTURE_SIDE: u32 = 1024;
 /// Most bytes of the texture array.
@@ -159,18 +162,18 @@ impl Animate {
     /// # Errors
     /// When the model is larger than the device's bindings, or than numbers in records have bits for.
     pub fn upload(&mut self, gpu: &Gpu, world: &World) -> Result<Triangles, GpuError> {
-        let joined = Joined::of(world)?;
+        let joined = Joined::of(world)?.with_something_to_bind();
         let mut triangles = Triangles::still(gpu, &joined.vertices, &joined.triangles, &[])?;
         triangles.rest_vertices = buffer::storage_with(gpu, "rest_vertices", &joined.rest_vertices)?;
         triangles.materials =
-            buffer::storage(gpu, "materials", (world.parts.len() * size_of::<PartMaterial>()) as u64)?;
+            buffer::storage(gpu, "materials", (world.parts.len().max(1) * size_of::<PartMaterial>()) as u64)?;
         triangles.textures = texture_array(gpu, &world.textures())?;
         triangles.part_flags = joined.part_flags;
 
         let matrices = buffer::storage(gpu, "matrices", (joined.matrix_count * size_of::<Mat4>()) as u64)?;
         let weights = buffer::storage(gpu, "weights", (joined.weight_count * size_of::<f32>()) as u64)?;
         let model_motions =
-            buffer::storage(gpu, "model_motions", (world.models.len() * size_of::<ModelMotion>()) as u64)?;
+            buffer::storage(gpu, "model_motions", (world.models.len().max(1) * size_of::<ModelMotion>()) as u64)?;
         let none: [DeformerMotion; MAX_DEFORMERS] = bytemuck::Zeroable::zeroed();
         let deformers = buffer::uniform(gpu, "deformers", &none);
         let influences = buffer::storage_with(gpu, "influences", &joined.influences)?;
@@ -193,7 +196,9 @@ impl Animate {
         let flat_group = if joined.flat_triangles.is_empty() {
             None
         } else {
-            let flat_triangles = buffer::storage_with(gpu, "flat_triangles", &joined.flat_triangles)?;
+            let mut padded = joined.flat_triangles.clone();
+            padded.resize(padded.len().next_multiple_of(4), PADDING);
+            let flat_triangles = buffer::storage_with(gpu, "flat_triangles", &padded)?;
             Some(self.flat_normals.bind(
                 gpu,
                 &[
@@ -217,7 +222,7 @@ impl Animate {
         for (index, world_from_model) in pose.world_from_model.iter().enumerate().take(world.models.len()) {
             let first = deformers.len();
             let described = scene.models.get(index).map_or(&[][..], |model| &model.deformers);
-            deformers.extend(described.iter().map(|d| DeformerMotion::at(*d, pose.time_secs)));
+            deformers.extend(described.iter().map(|d| DeformerMotion::from(d.at(pose.time_secs))));
             deformers.truncate(MAX_DEFORMERS);
             model_motions.push(ModelMotion {
                 world_from_model: *world_from_model,
@@ -277,42 +282,31 @@ impl Triangles {
     }
 }
 
-impl DeformerMotion {
-    /// The deformer at `time_secs`.
-    #[must_use]
-    pub fn at(deformer: Deformer, time_secs: f64) -> Self {
-        use std::f64::consts::TAU;
-        // Whole turns are taken off in f64, so that an animation can run for days.
-        let turn = |hz: f32| (f64::from(hz) * time_secs).rem_euclid(1.0) * TAU;
-        #[expect(clippy::cast_possible_truncation, reason = "shaders work in f32")]
-        match deformer {
-            Deformer::Twist { axis, deg_per_unit, hz } => {
-                let swing = if hz == 0.0 { 1.0 } else { turn(hz).sin() };
-                Self {
-                    axis: unit(axis),
-                    kind: 0,
-                    along: Vec3::ZERO,
-                    rate: (f64::from(deg_per_unit).to_radians() * swing) as f32,
-                    amplitude: 0.0,
-                    phase: 0.0,
-                    _pad: UVec2::ZERO,
-                }
-            }
-            Deformer::Wave { axis, along, amplitude, wavelength, hz } => Self {
-                axis: unit(axis),
+impl From<Deformation> for DeformerMotion {
+    #[expect(clippy::cast_possible_truncation, reason = "shaders work in f32")]
+    fn from(deformation: Deformation) -> Self {
+        const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
+        match deformation {
+            Deformation::Twist { axis, rad_per_unit } => Self {
+                axis: AXES[axis],
+                kind: 0,
+                along: Vec3::ZERO,
+                rate: rad_per_unit as f32,
+                amplitude: 0.0,
+                phase: 0.0,
+                _pad: UVec2::ZERO,
+            },
+            Deformation::Wave { axis, along, amplitude, per_unit, phase_turns } => Self {
+                axis: AXES[axis],
                 kind: 1,
-                along: unit(along),
-                rate: (TAU / f64::from(wavelength)) as f32,
-                amplitude,
-                phase: -turn(hz) as f32,
+                along: AXES[along],
+                rate: (TAU * per_unit) as f32,
+                amplitude: amplitude as f32,
+                phase: -(TAU * phase_turns) as f32,
                 _pad: UVec2::ZERO,
             },
         }
     }
-}
-
-fn unit(axis: u32) -> Vec3 {
-    [Vec3::X, Vec3::Y, Vec3::Z][axis.min(2) as usize]
 }
 
 /// All models' arrays one after the other, their indices counted through.
@@ -340,6 +334,24 @@ impl Joined {
             joined.add(u32_of(index), model);
         }
         Ok(joined)
+    }
+
+    /// A binding holds one element at least.
+    fn with_something_to_bind(mut self) -> Self {
+        use bytemuck::Zeroable as _;
+        if self.morphs.is_empty() {
+            self.morphs.push(Morph::zeroed());
+        }
+        if self.rest_vertices.is_empty() {
+            self.vertices.push(Vertex::zeroed());
+            self.rest_vertices.push(RestVertex::zeroed());
+            self.influences.push(Influence::zeroed());
+        }
+        if self.part_motions.is_empty() {
+            self.part_motions.push(PartMotion::zeroed());
+        }
+        self.matrix_count = self.matrix_count.max(1);
+        self
     }
 
     fn add(&mut self, model: u32, geometry: &Geometry) {

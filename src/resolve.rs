@@ -1,12 +1,42 @@
 //! Stage 3: ranks the occupied voxels, picks the triangles that win them, works out their records.
+//!
+//! Whatever method marked the voxels, the same passes follow. `rank` numbers them by a prefix sum over the words' bit
+//! counts. `winners` lets every triangle compete, by one `atomicMax`, for the marked voxels that it comes near; in six
+//! slots a voxel, by the dominant axis and the side of its normal, so that walls thinner than a voxel keep both their
+//! faces. `records` keeps up to three sheets a voxel that face each other or clearly differ; voxels that no triangle
+//! claims (an approximate method's) take the mean normal of their neighbours.
 
-use crate::animate::Triangles;
-use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::volume::Volume;
+use crate::animate::{Triangles, Vertex};
+use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
+use crate::grid::Grid;
+use crate::scene::material::PartMaterial;
+use crate::volume::{CHUNK, GridCounters, Record, Volume};
+
+/// Shares of large triangles in the queue: as many workgroups as one row of a dispatch may have.
+const LARGE_SHARES: u64 = 65_535;
 
 /// The passes.
 #[derive(Debug)]
-pub struct Resolve {}
+pub struct Resolve {
+    rank: RankPasses,
+    winners: ComputePass,
+    winners_large: ComputePass,
+    records: ComputePass,
+    place_sheets: ComputePass,
+    finish: ComputePass,
+    large_dispatch: wgpu::Buffer,
+    large_dispatch_empty: wgpu::Buffer,
+    large_shares: wgpu::Buffer,
+}
+
+#[derive(Debug)]
+struct RankPasses {
+    reduce: ComputePass,
+    scan_words: ComputePass,
+    spread: ComputePass,
+    list: ComputePass,
+    scan_sheets: ComputePass,
+}
 
 impl Resolve {
     /// Compiles the passes.
@@ -14,12 +44,100 @@ impl Resolve {
     /// # Errors
     /// When a shader is wrong.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let _ = gpu;
-        Ok(Self {})
+        let layouts = [Grid::LAYOUT, GridCounters::LAYOUT, Record::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
+        let pass = |shader, entry| ComputePass::new(gpu, shader, entry, &layouts);
+        let rank = |entry| pass("resolve/rank.wgsl", entry);
+        let dispatch = buffer::STORAGE | wgpu::BufferUsages::INDIRECT;
+        let empty = [0_u32, 1, 1, 0];
+        Ok(Self {
+            rank: RankPasses {
+                reduce: rank("reduce")?,
+                scan_words: rank("scan_words")?,
+                spread: rank("spread")?,
+                list: rank("list")?,
+                scan_sheets: rank("scan_sheets")?,
+            },
+            winners: pass("resolve/winners.wgsl", "main")?,
+            winners_large: pass("resolve/winners.wgsl", "large")?,
+            records: pass("resolve/records.wgsl", "main")?,
+            place_sheets: pass("resolve/records.wgsl", "place_sheets")?,
+            finish: pass("resolve/records.wgsl", "finish")?,
+            large_dispatch: buffer::with_usage(gpu, "large_dispatch", 16, dispatch)?,
+            large_dispatch_empty: buffer::storage_with(gpu, "large_dispatch_empty", &empty)?,
+            large_shares: buffer::storage(gpu, "large_shares", LARGE_SHARES * 4)?,
+        })
     }
 
     /// Records the stage for one grid.
     pub fn record(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
-        let _ = (rec, volume, grid, triangles);
+        self.record_rank(rec, volume, grid);
+        self.record_winners(rec, volume, grid, triangles);
+        self.record_records(rec, volume, grid, triangles);
     }
+
+    /// Numbers the occupied voxels and leaves each one's cell in its record's place.
+    pub fn record_rank(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize) {
+        let Some(g) = volume.grids.get(grid) else { return };
+        let RankPasses { reduce, scan_words, spread, list, .. } = &self.rank;
+        let chunks = g.word_count().div_ceil(CHUNK);
+        for (pass, threads) in [(reduce, chunks), (scan_words, 1), (spread, chunks), (list, g.word_count())] {
+            let group = pass.bind_used(rec.gpu, &resources(volume, grid));
+            pass.dispatch(&mut rec.encoder, &group, [threads, 1, 1]);
+        }
+    }
+
+    /// Lets every triangle compete for the voxels; leaves the winners in `keys`.
+    pub fn record_winners(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
+        rec.encoder.copy_buffer_to_buffer(&self.large_dispatch_empty, 0, &self.large_dispatch, 0, 16);
+        let mut all = resources(volume, grid);
+        all.extend(triangle_resources(triangles));
+        all.push(("large_dispatch", self.large_dispatch.as_entire_binding()));
+        all.push(("large_shares", self.large_shares.as_entire_binding()));
+        let group = self.winners.bind_used(rec.gpu, &all);
+        self.winners.dispatch(&mut rec.encoder, &group, [triangles.triangle_count, 1, 1]);
+        let group = self.winners_large.bind_used(rec.gpu, &all);
+        self.winners_large.dispatch_indirect(&mut rec.encoder, &group, &self.large_dispatch, 0);
+    }
+
+    /// Makes the records of the winners and clears `keys` for the next grid.
+    pub fn record_records(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
+        let Some(g) = volume.grids.get(grid) else { return };
+        rec.encoder.clear_buffer(&volume.chunk_sums, 0, None);
+        let mut all = resources(volume, grid);
+        all.extend(triangle_resources(triangles));
+        let voxels = g.record_capacity;
+        let passes = [
+            (&self.records, voxels),
+            (&self.rank.scan_sheets, 1),
+            (&self.place_sheets, voxels),
+            (&self.finish, voxels),
+        ];
+        for (pass, threads) in passes {
+            let group = pass.bind_used(rec.gpu, &all);
+            pass.dispatch(&mut rec.encoder, &group, [threads, 1, 1]);
+        }
+    }
+}
+
+type Resources<'a> = Vec<(&'static str, wgpu::BindingResource<'a>)>;
+
+fn resources(volume: &Volume, grid: usize) -> Resources<'_> {
+    vec![
+        ("grids", volume.grid_data.as_entire_binding()),
+        ("grid_index", volume.grid_index[grid].as_entire_binding()),
+        ("occupancy", volume.occupancy.as_entire_binding()),
+        ("ranks", volume.ranks.as_entire_binding()),
+        ("records", volume.records.as_entire_binding()),
+        ("keys", volume.keys.as_entire_binding()),
+        ("chunk_sums", volume.chunk_sums.as_entire_binding()),
+        ("counters", volume.counters.as_entire_binding()),
+    ]
+}
+
+fn triangle_resources(triangles: &Triangles) -> Resources<'_> {
+    vec![
+        ("vertices", triangles.vertices.as_entire_binding()),
+        ("indices", triangles.indices.as_entire_binding()),
+        ("materials", triangles.materials.as_entire_binding()),
+    ]
 }

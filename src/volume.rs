@@ -2,19 +2,30 @@
 //!
 //! All grids (the view's, the scene's, each light's) share the same few buffers and have a region in each, so that a
 //! shader that walks several grids stays within the eight storage buffers that WebGPU promises. Regions change only
-//! when a grid's resolution or capacity does, so that one grid can be made anew while the others stand.
+//! when a grid outgrows its own, so that one grid can be made anew while the others stand.
+//!
+//! How many records a grid needs is known only once it is voxelized. Its capacity starts as an estimate; ranks past it
+//! are dropped in order; the device's counts come back a frame late ([`Volume::count`]) and the next
+//! [`Volume::fit`] makes room. A program that shows no frame before the last one calls [`Volume::settle`] and renders
+//! again until it says true.
 //!
 //! | buffer        | one entry           | bytes | what                                                       |
 //! | `occupancy`   | a word              | 4     | 32 slices of a column, a bit each                          |
 //! | `ranks`       | a word              | 4     | occupied voxels of this grid before this word              |
 //! | `interior`    | a word              | 4     | solid cells (eager fill), else unused and tiny             |
 //! | `records`     | a voxel, in rank order; then further sheets | 16 | [`Record`]                          |
-//! | `keys`        | six a voxel         | 4     | transient: winners, shared by all grids                    |
+//! | `keys`        | six a voxel         | 4     | transient: winners, shared by all grids; all 0 in between  |
+//! | `chunk_sums`  | 32 words or voxels  | 4     | transient: prefix sums, shared by all grids                |
 //! | `light_records` | a record          | 8     | prefix transmittance (RGB half) + medium; light grids only |
 //! | `counters`    | a grid              | 16    | [`GridCounters`]                                           |
 
+mod counts;
+mod regions;
+
 use crate::gpu::{Gpu, GpuError, Recorder, buffer};
 use crate::grid::{Grid, MAX_GRIDS};
+use counts::Counts;
+use regions::Regions;
 
 crate::gpu_struct! {
     /// One sheet of surface in one voxel; see `shaders/lib/record.inc.wgsl`.
@@ -31,7 +42,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// What a grid holds, counted by the device and read back a frame late.
+    /// What a grid holds, counted by the device and read back a frame late. Counts what did not fit, too.
     pub struct GridCounters {
         /// Occupied voxels.
         pub occupied: u32,
@@ -43,6 +54,11 @@ crate::gpu_struct! {
         pub orphans: u32,
     }
 }
+
+/// Items of a chunk in the prefix sums, `CHUNK` in `lib/volume.inc.wgsl`.
+pub const CHUNK: u32 = 32;
+/// Winners that a voxel can have.
+const SLOTS: u64 = 6;
 
 /// The buffers of all grids of a frame.
 #[derive(Debug)]
@@ -64,9 +80,13 @@ pub struct Volume {
     /// See the module's table.
     pub keys: wgpu::Buffer,
     /// See the module's table.
+    pub chunk_sums: wgpu::Buffer,
+    /// See the module's table.
     pub light_records: wgpu::Buffer,
     /// See the module's table.
     pub counters: wgpu::Buffer,
+    regions: Regions,
+    counts: Counts,
 }
 
 impl Volume {
@@ -90,30 +110,69 @@ impl Volume {
             interior: buffer::storage(gpu, "interior", 0)?,
             records: buffer::storage(gpu, "records", 0)?,
             keys: buffer::storage(gpu, "keys", 0)?,
+            chunk_sums: buffer::storage(gpu, "chunk_sums", 0)?,
             light_records: buffer::storage(gpu, "light_records", 0)?,
             counters: buffer::storage(gpu, "counters", (size_of::<GridCounters>() * MAX_GRIDS) as u64)?,
+            regions: Regions::default(),
+            counts: Counts::default(),
         })
     }
 
-    /// Gives every grid its region and (re)allocates what is too small, from last frame's counts where there are any.
+    /// Gives every grid its region and (re)allocates what is too small, from the last counts where there are any.
     /// Returns, for each grid, whether its region is new: then it must be voxelized.
     ///
     /// # Errors
     /// When a grid can't fit the device's bindings; the remedy is a smaller grid.
     pub fn fit(&mut self, gpu: &Gpu, grids: &[Grid]) -> Result<Vec<bool>, GpuError> {
-        let _ = gpu;
+        self.counts.poll(gpu);
+        let mut regions = self.regions.clone();
+        let anew = regions.fit(grids, self.counts.of(self.regions.generation));
+        if regions.generation != self.regions.generation {
+            self.allocate(gpu, &regions)?;
+        }
+        self.regions = regions;
         self.grids = grids.to_vec();
-        Ok(vec![true; grids.len()])
+        for (grid, region) in self.grids.iter_mut().zip(&self.regions.of_grids) {
+            grid.word_base = region.word_base;
+            grid.record_base = region.record_base;
+            grid.record_capacity = region.record_capacity;
+            grid.extra_base = region.extra_base;
+            grid.extra_capacity = region.extra_capacity;
+        }
+        gpu.queue.write_buffer(&self.grid_data, 0, bytemuck::cast_slice(&self.grids));
+        Ok(anew)
     }
 
-    /// Clears a grid's occupancy words.
+    fn allocate(&mut self, gpu: &Gpu, regions: &Regions) -> Result<(), GpuError> {
+        let word_bytes = regions.word_count() * 4;
+        let keys = regions.largest_record_capacity() * SLOTS * 4;
+        let chunks = regions.largest_word_capacity().max(regions.largest_record_capacity()).div_ceil(CHUNK.into());
+        let occupancy = buffer::storage(gpu, "occupancy", word_bytes)?;
+        let ranks = buffer::storage(gpu, "ranks", word_bytes)?;
+        let interior = buffer::storage(gpu, "interior", word_bytes)?;
+        let records = buffer::storage(gpu, "records", regions.record_count() * size_of::<Record>() as u64)?;
+        let light_records = buffer::storage(gpu, "light_records", regions.record_count() * LIGHT_RECORD_BYTES)?;
+        if self.keys.size() < keys || self.keys.size() > 2 * keys {
+            self.keys = buffer::storage(gpu, "keys", keys)?;
+        }
+        self.chunk_sums = buffer::storage(gpu, "chunk_sums", chunks * 4)?;
+        (self.occupancy, self.ranks, self.interior) = (occupancy, ranks, interior);
+        (self.records, self.light_records) = (records, light_records);
+        Ok(())
+    }
+
+    /// Clears a grid's occupancy words and counts.
     pub fn clear(&self, rec: &mut Recorder<'_>, grid: usize) {
-        let _ = (rec, grid);
+        let Some(g) = self.grids.get(grid) else { return };
+        let bytes = u64::from(g.word_count()) * 4;
+        rec.encoder.clear_buffer(&self.occupancy, u64::from(g.word_base) * 4, Some(bytes));
+        let counters = size_of::<GridCounters>() as u64;
+        rec.encoder.clear_buffer(&self.counters, grid as u64 * counters, Some(counters));
     }
 
     /// After a frame is submitted: asks for its counts, which come back a frame late. Never waits.
     pub fn count(&mut self, gpu: &Gpu) {
-        let _ = gpu;
+        self.counts.ask(gpu, &self.counters, self.regions.generation);
     }
 
     /// Waits for the counts of the last frame: true if every record had room. Headless only.
@@ -121,7 +180,45 @@ impl Volume {
     /// # Errors
     /// When the device is lost.
     pub fn settle(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let _ = gpu;
-        Ok(true)
+        let counters = buffer::read(gpu, &self.counters, 0, self.grids.len())?;
+        self.counts.put_now(counters, self.regions.generation);
+        Ok(self.fits())
+    }
+
+    /// True if the last counts that came back had room for every record.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        let counts = self.counts.of(self.regions.generation);
+        counts.iter().zip(&self.regions.of_grids).all(|(count, region)| region.holds(count))
+    }
+
+    /// The last counts that came back, a grid each; empty at first.
+    #[must_use]
+    pub fn counts(&self) -> &[GridCounters] {
+        self.counts.of(self.regions.generation)
+    }
+
+    /// Bytes of every buffer, as allocated, by name.
+    #[must_use]
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        vec![
+            ("occupancy", self.occupancy.size()),
+            ("ranks", self.ranks.size()),
+            ("interior", self.interior.size()),
+            ("records", self.records.size()),
+            ("keys", self.keys.size()),
+            ("chunk sums", self.chunk_sums.size()),
+            ("light records", self.light_records.size()),
+        ]
+    }
+
+    /// Bytes that one grid takes of the buffers that grids do not share in time: words, ranks and interior, records
+    /// and light records, as its region is allocated.
+    #[must_use]
+    pub fn grid_memory(&self, grid: usize) -> u64 {
+        self.regions.of_grids.get(grid).map_or(0, |region| region.bytes())
     }
 }
+
+/// RGB half and medium.
+const LIGHT_RECORD_BYTES: u64 = 8;

@@ -74,6 +74,17 @@ impl ComputePass {
         self.bindings.group(gpu, &self.pipeline.get_bind_group_layout(0), resources)
     }
 
+    /// Binds what this entry point uses out of `resources`, which may hold more than its shader knows: for passes that
+    /// share a set.
+    ///
+    /// # Panics
+    /// When a resource that the entry point uses is missing.
+    #[must_use]
+    pub fn bind_used(&self, gpu: &Gpu, resources: &[(&str, wgpu::BindingResource<'_>)]) -> wgpu::BindGroup {
+        let known: Vec<_> = resources.iter().filter(|(name, _)| self.bindings.knows(name)).cloned().collect();
+        self.bind(gpu, &known)
+    }
+
     /// Dispatches at least `threads` threads, rounded up to whole workgroups, as a 2D dispatch if one row is too short:
     /// shaders of one-dimensional work find their index with `thread_index` of `lib/dispatch.inc.wgsl`.
     pub fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, group: &wgpu::BindGroup, threads: [u32; 3]) {
@@ -141,6 +152,12 @@ impl Bindings {
         Ok(Self { label: label.to_owned(), used, known })
     }
 
+    /// True for the name of a resource of the shader.
+    #[must_use]
+    pub fn knows(&self, name: &str) -> bool {
+        self.known.iter().any(|k| k == name)
+    }
+
     /// Makes the bind group 0.
     ///
     /// # Panics
@@ -153,7 +170,7 @@ impl Bindings {
         resources: &[(&str, wgpu::BindingResource<'_>)],
     ) -> wgpu::BindGroup {
         for (name, _) in resources {
-            assert!(self.known.iter().any(|k| k == name), "pass `{}` has no resource `{name}`", self.label);
+            assert!(self.knows(name), "pass `{}` has no resource `{name}`", self.label);
         }
         let entries: Vec<_> = self
             .used

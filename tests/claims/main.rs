@@ -9,6 +9,7 @@ mod probe;
 mod scene_files;
 mod shaders;
 mod surroundings;
+mod volume;
 mod voxelizers;
 
 use murrine::gpu::{AdapterChoice, Gpu};
