@@ -1,21 +1,152 @@
+#include "lib/geometry.inc.wgsl"
 #include "lib/grid.inc.wgsl"
-// Looking up how much of a light is left at a point: the transparent shadow map, depth-resolved.
+#include "lib/light_record.inc.wgsl"
+#include "lib/record.inc.wgsl"
+// Looking up how much of a light is left at a point: the transparent shadow map, depth-resolved (CL §3.1).
 //
 // Bind as: var<uniform> grids: array<Grid, MAX_GRIDS>; var<uniform> surroundings: Surroundings;
 //          var<storage, read> occupancy: array<u32>; ranks: array<u32>; records: array<Record>;
 //          light_records: array<vec2u>; materials: array<PartMaterial>.
+//
+// The four columns nearest to the point are looked up each at the point's depth, and blended. In a column the last
+// record before that depth says what was left at the end of its voxel and in which medium the light went on.
 
 const SHADOW_NONE: u32 = 0u;
 const SHADOW_LINEAR: u32 = 1u;
 const SHADOW_BEER_LAMBERT: u32 = 2u;
 
+// Red, green, blue by absorption alone, and what the surfaces' reflection leaves.
+const ALL_LIGHT: vec4f = vec4f(1.0);
+
+// What `length` world units of `medium` leave of `share`; a negative length goes back to where more was left.
+fn light_absorbed(share: vec3f, medium: u32, length: f32) -> vec3f {
+    if medium == LIGHT_NO_MEDIUM {
+        return share;
+    }
+    let depth = materials[medium].sigma * length;
+    let linear = surroundings.counts.w == SHADOW_LINEAR;
+    return clamp(select(share * exp(-depth), share - depth, linear), vec3f(0.0), vec3f(1.0));
+}
+
+struct ColumnLight {
+    share: vec4f,
+    questionable: bool,
+}
+
+// What is left in the column `cell` of `grid` at fractional slice `at`; `p` is the point there, by which it is told on
+// which side of a record in its own voxel it lies. `slice_length`: world units of the light's way in one slice.
+fn column_light(grid: u32, cell: vec2u, at: f32, p: vec3f, toward: vec3f, slice_length: f32) -> ColumnLight {
+    let words = grids[grid].words_per_column;
+    let base = grids[grid].word_base + (cell.y * grids[grid].cells.x + cell.x) * words;
+    let slice = min(u32(at), grids[grid].cells.z - 1u);
+    var word = slice >> 5u;
+    var mask = 0xffffffffu >> (31u - (slice & 31u));
+    loop {
+        let all_bits = occupancy[base + word];
+        let bits = all_bits & mask;
+        if bits == 0u {
+            if word == 0u {
+                break;
+            }
+            word -= 1u;
+            mask = 0xffffffffu;
+            continue;
+        }
+        let bit = firstLeadingBit(bits);
+        mask = (1u << bit) - 1u;
+        let rank = ranks[base + word] + countOneBits(all_bits & mask);
+        if rank >= grids[grid].record_capacity {
+            continue;
+        }
+        let found = word * 32u + bit;
+        let index = grids[grid].record_base + rank;
+        let left = unpack_light_record(light_records[index]);
+        let beyond = (at - f32(found + 1u)) * slice_length;
+        if beyond < 0.0 {
+            // In the voxel itself: is the point before the surface or behind it, as the light goes?
+            let record = records[index];
+            let fraction = unpack_point_in_cell(record.point);
+            let z = mix(slab(grids[grid], f32(found)), slab(grids[grid], f32(found + 1u)), fraction.z);
+            let normal = unpack_unit(record.normal);
+            let offset = p - world_from_grid(grids[grid], vec3f(vec2f(cell) + fraction.xy, z));
+            if dot(offset, normal) * dot(toward, normal) < 0.0 {
+                continue;
+            }
+        }
+        return ColumnLight(vec4f(light_absorbed(left.absorption, left.medium, beyond), left.surfaces), left.questionable);
+    }
+    return ColumnLight(ALL_LIGHT, false);
+}
+
+// What is left at `p` in one grid of a light; its columns are blended. `toward` is the way the light travels, unit.
+fn grid_light(grid: u32, p: vec3f, p_grid: vec3f, toward: vec3f) -> vec4f {
+    let at = slice_of(grids[grid], p_grid.z);
+    if at <= 0.0 {
+        return ALL_LIGHT;
+    }
+    let cells = vec2i(grids[grid].cells.xy);
+    var slice_length = grids[grid].cell_size;
+    if grids[grid].projection == PERSPECTIVE {
+        let begin = world_from_grid(grids[grid], vec3f(p_grid.xy, 0.0));
+        let end = world_from_grid(grids[grid], vec3f(p_grid.xy, slab(grids[grid], f32(grids[grid].cells.z))));
+        slice_length = distance(begin, end) / f32(grids[grid].cells.z);
+    }
+    let corner = floor(p_grid.xy - 0.5);
+    let f = p_grid.xy - 0.5 - corner;
+    var sum = vec4f(0.0);
+    var weights = 0.0;
+    var doubtful_sum = vec4f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let step = vec2i(i & 1, i >> 1u);
+        let weight = select(1.0 - f.x, f.x, step.x == 1) * select(1.0 - f.y, f.y, step.y == 1);
+        let cell = clamp(vec2i(corner) + step, vec2i(0), cells - 1);
+        let here = column_light(grid, vec2u(cell), at, p, toward, slice_length);
+        // Columns whose crossings don't pair up count only where there are no better ones.
+        let good = select(weight, 0.0, here.questionable);
+        sum += good * here.share;
+        weights += good;
+        doubtful_sum += weight * here.share;
+    }
+    if weights < 0.05 {
+        return doubtful_sum;
+    }
+    return sum / weights;
+}
+
+// What is left of light number `light` at `p`: RGB by absorption alone, and what the surfaces leave.
+fn light_left(light: u32, p: vec3f, n: vec3f) -> vec4f {
+    let count = surroundings.lights[light].grid_count;
+    if count == 0u || surroundings.counts.w == SHADOW_NONE {
+        return ALL_LIGHT;
+    }
+    let first = surroundings.lights[light].first_grid;
+    var toward = surroundings.lights[light].direction;
+    if surroundings.lights[light].kind != 0u {
+        toward = normalize(p - surroundings.lights[light].position);
+    }
+    for (var i = 0u; i < count; i++) {
+        // Clear of the surface's own voxels: as far as the blended columns may lie beside the point.
+        let cosine = dot(n, toward);
+        let slant = sqrt(max(1.0 - cosine * cosine, 0.0));
+        let q = p + n * (grids[first + i].cell_size * (0.4 + 1.2 * slant));
+        let h = grids[first + i].grid_from_world * vec4f(q, 1.0);
+        let q_grid = h.xyz / h.w;
+        let inside = q_grid.xy >= vec2f(0.0) & q_grid.xy <= vec2f(grids[first + i].cells.xy);
+        if h.w > 0.0 && all(inside) {
+            return grid_light(first + i, q, q_grid, toward);
+        }
+    }
+    return ALL_LIGHT;
+}
+
 // What is left of light number `light` at `p`, RGB: absorption and the surfaces' reflection. `n` is the surface's
 // normal on the side to be lit, by which an opaque surface keeps clear of its own voxels; zero for what is in no grid.
 fn light_transmittance(light: u32, p: vec3f, n: vec3f) -> vec3f {
-    return vec3f(1.0);
+    let left = light_left(light, p, n);
+    return left.rgb * left.a;
 }
 
 // As `light_transmittance`, absorption alone: what the channel `ground-light` shows.
 fn light_absorption(light: u32, p: vec3f, n: vec3f) -> vec3f {
-    return vec3f(1.0);
+    return light_left(light, p, n).rgb;
 }

@@ -9,10 +9,11 @@ use murrine::scene::material::{Material, PartMaterial, flags};
 use murrine::scene::world::{EnvironmentMap, WorldPart};
 use murrine::scene::{Scene, World};
 use murrine::surroundings::{LightData, PlaneData, Surroundings, SurroundingsBuffers, surroundings};
+use murrine::volume::Volume;
 use std::sync::Arc;
 
 const PROBE: &str = r#"
-#include "lib/surroundings.inc.wgsl"
+#include "lib/shading.inc.wgsl"
 struct Question { origin: vec3f, what: u32, direction: vec3f, index: u32 }
 @group(0) @binding(0) var<uniform> surroundings: Surroundings;
 @group(0) @binding(1) var environment: texture_2d<f32>;
@@ -20,6 +21,11 @@ struct Question { origin: vec3f, what: u32, direction: vec3f, index: u32 }
 @group(0) @binding(3) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(4) var<storage, read> questions: array<Question>;
 @group(0) @binding(5) var<storage, read_write> answers: array<vec4f>;
+@group(0) @binding(6) var<uniform> grids: array<Grid, MAX_GRIDS>;
+@group(0) @binding(7) var<storage, read> occupancy: array<u32>;
+@group(0) @binding(8) var<storage, read> ranks: array<u32>;
+@group(0) @binding(9) var<storage, read> records: array<Record>;
+@group(0) @binding(10) var<storage, read> light_records: array<vec2u>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -105,11 +111,17 @@ fn ask(scene: &Scene, world: &World, materials: &[Material], questions: &[Questi
         .map(|m| PartMaterial { base_color: m.base_color, flags: flags::OPAQUE, ..bytemuck::Zeroable::zeroed() })
         .collect();
     let parts = buffer::storage_with(gpu(), "materials", &parts).unwrap();
+    let volume = Volume::new(gpu()).unwrap();
     let bound = [
         ("surroundings", buffers.data.as_entire_binding()),
         ("environment", wgpu::BindingResource::TextureView(&buffers.environment)),
         ("environment_sampler", wgpu::BindingResource::Sampler(&buffers.sampler)),
         ("materials", parts.as_entire_binding()),
+        ("grids", volume.grid_data.as_entire_binding()),
+        ("occupancy", volume.occupancy.as_entire_binding()),
+        ("ranks", volume.ranks.as_entire_binding()),
+        ("records", volume.records.as_entire_binding()),
+        ("light_records", volume.light_records.as_entire_binding()),
     ];
     probe::ask(&pass, &bound, questions)
 }

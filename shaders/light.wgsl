@@ -1,0 +1,290 @@
+#include "lib/grid.inc.wgsl"
+#include "lib/light_record.inc.wgsl"
+#include "lib/media.inc.wgsl"
+#include "lib/record.inc.wgsl"
+// One thread a column of a light's grid: walks the records from the light on and writes what is left after each.
+// See `light.rs` for where the formulas come from.
+
+@group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
+@group(0) @binding(1) var<uniform> grid_index: vec4u;
+@group(0) @binding(2) var<uniform> light_settings: LightSettings;
+@group(0) @binding(3) var<storage, read> occupancy: array<u32>;
+@group(0) @binding(4) var<storage, read> ranks: array<u32>;
+@group(0) @binding(5) var<storage, read> records: array<Record>;
+@group(0) @binding(6) var<storage, read> materials: array<PartMaterial>;
+@group(0) @binding(7) var<storage, read_write> light_records: array<vec2u>;
+
+struct LightSettings {
+    shadow: u32,        // SHADOW_LINEAR, SHADOW_BEER_LAMBERT of `lib/light_volume.inc.wgsl`
+    _pad0: u32,
+    _pad1: u32,
+    _pad2: u32,
+}
+
+const LINEAR: u32 = 1u;
+const MAX_SHEETS: u32 = 3u;
+// Within this many cells a crossing of the same part from the same side is the same surface again.
+const DUPLICATE_CELLS: f32 = 1.5;
+// A plane that the column meets under a smaller cosine is not crossed.
+const LEAST_COSINE: f32 = 1e-3;
+// A crossing that contradicts the media is believed if its plane is met under at least this cosine: at a silhouette
+// planes reach beyond their triangles.
+const BELIEVED_COSINE: f32 = 0.3;
+// Cells by which a crossing may lie beyond another sheet of its voxel that bounds it.
+const SHEET_CELLS: f32 = 0.05;
+const FAR_BACK: f32 = -1e30;
+
+// A column's centre line.
+struct Column {
+    origin: vec3f,      // world, where slice 0 begins
+    direction: vec3f,   // world, unit
+    slice_length: f32,  // world units that the line stays in one slice
+    cell: vec2u,
+}
+
+// A sheet of a voxel, as the column meets its plane.
+struct Sheet {
+    normal: vec3f,
+    cosine: f32,        // of the light with the normal: negative where it enters
+    point: vec3f,
+    t: f32,             // world units from the column's origin
+    part: u32,
+    crossed: bool,
+}
+
+// The light on its way down a column. `depth` holds up to `t`; `tint` and `surfaces` are factors.
+struct Light {
+    t: f32,
+    depth: vec3f,       // optical depth so far: sum of σ·Δs
+    tint: vec3f,        // of thin walls
+    surfaces: f32,
+    blocked: bool,
+    media: vec4u,
+    events: vec4u,      // the latest, newest first: 2·part + 2, and 1 more where the light entered
+    event_t: vec4f,
+    odd: bool,          // some crossing contradicted the media
+}
+
+fn sigma_of(medium: u32) -> vec3f {
+    if medium == NO_PART {
+        return vec3f(0.0);
+    }
+    return materials[medium].sigma;
+}
+
+fn ior_of(medium: u32) -> f32 {
+    if medium == NO_PART {
+        return 1.0;
+    }
+    return materials[medium].ior;
+}
+
+// Unpolarized reflectance between two media. The light is taken to run straight, so the angle to the normal is that on
+// the thinner side: there is no total reflection, and a body lets as much out as it lets in.
+fn reflectance(cosine: f32, n1: f32, n2: f32) -> f32 {
+    let ratio = max(n1, n2) / min(n1, n2);
+    let c = abs(cosine);
+    let g = sqrt(max(ratio * ratio - 1.0 + c * c, 0.0));
+    let s = (c - g) / (c + g);
+    let p = (ratio * ratio * c - g) / (ratio * ratio * c + g);
+    return clamp(0.5 * (s * s + p * p), 0.0, 1.0);
+}
+
+// Whether the last thing that happened with this part, a moment ago, was just this.
+fn is_duplicate(light: Light, part: u32, t: f32, entering: bool, near: f32) -> bool {
+    let of_part = (light.events >> vec4u(1u)) == vec4u(part + 1u);
+    for (var i = 0u; i < 4u; i++) {
+        if of_part[i] {
+            return ((light.events[i] & 1u) == 1u) == entering && t - light.event_t[i] < near;
+        }
+    }
+    return false;
+}
+
+// Remembers an event in place of the oldest.
+fn remember(light: ptr<function, Light>, part: u32, t: f32, entering: bool) {
+    (*light).events = vec4u(2u * part + select(2u, 3u, entering), (*light).events.xyz);
+    (*light).event_t = vec4f(t, (*light).event_t.xyz);
+}
+
+// Brings the optical depth up to `t` through the ruling medium.
+fn advance(light: ptr<function, Light>, t: f32) {
+    (*light).depth += sigma_of(media_ruling((*light).media)) * (t - (*light).t);
+    (*light).t = t;
+}
+
+// One surface. `saturate`: a part counts once however often it is entered, for columns whose crossings don't pair up.
+fn meet(light: ptr<function, Light>, sheet: Sheet, saturate: bool, column: Column) {
+    let flags = materials[sheet.part].flags;
+    let entering = sheet.cosine < 0.0;
+    if (flags & FLAG_OPAQUE) != 0u {
+        (*light).blocked = true;
+        return;
+    }
+    if is_duplicate(*light, sheet.part, sheet.t, entering, DUPLICATE_CELLS * column.slice_length) {
+        return;
+    }
+    if (flags & FLAG_THIN_WALL) != 0u {
+        let through = 1.0 - reflectance(sheet.cosine, 1.0, materials[sheet.part].ior);
+        (*light).tint *= clamp(materials[sheet.part].base_color, vec3f(0.0), vec3f(1.0));
+        (*light).surfaces *= through * through;
+        remember(light, sheet.part, sheet.t, entering);
+        return;
+    }
+    let inside = media_has((*light).media, sheet.part);
+    if !entering && !inside {
+        (*light).odd |= abs(sheet.cosine) > BELIEVED_COSINE;
+        return;
+    }
+    advance(light, sheet.t);
+    let before = media_ruling((*light).media);
+    if !entering {
+        (*light).media = media_leave((*light).media, sheet.part);
+    } else if !(saturate && inside) {
+        (*light).media = media_enter((*light).media, sheet.part);
+    }
+    let after = media_ruling((*light).media);
+    let n1 = ior_of(before);
+    let n2 = ior_of(after);
+    if n1 != n2 {
+        (*light).surfaces *= 1.0 - reflectance(sheet.cosine, n1, n2);
+    }
+    remember(light, sheet.part, sheet.t, entering);
+}
+
+// The sheet of a record as the column crosses it, or not.
+fn sheet_of(g: Grid, column: Column, slice: u32, record: Record) -> Sheet {
+    let fraction = unpack_point_in_cell(record.point);
+    let z = mix(slab(g, f32(slice)), slab(g, f32(slice) + 1.0), fraction.z);
+    var sheet: Sheet;
+    sheet.normal = unpack_unit(record.normal);
+    sheet.point = world_from_grid(g, vec3f(vec2f(column.cell) + fraction.xy, z));
+    sheet.part = record_part(record);
+    sheet.cosine = dot(sheet.normal, column.direction);
+    sheet.t = dot(sheet.normal, sheet.point - column.origin) / sheet.cosine;
+    let at = sheet.t / column.slice_length - f32(slice);
+    sheet.crossed = abs(sheet.cosine) > LEAST_COSINE && at >= -g.tolerance && at <= 1.0 + g.tolerance
+        && (record.triangle & RECORD_ORPHAN) == 0u;
+    return sheet;
+}
+
+// Whether a crossing of `sheet` lies on the solid's surface as far as `other`, of the same part, bounds it: within where
+// they meet as a ridge, outside where they meet as a groove.
+fn is_bounded(sheet: Sheet, other: Sheet, column: Column) -> bool {
+    let ridge = dot(other.normal - sheet.normal, other.point - sheet.point);
+    let beyond = dot(other.normal, column.origin + sheet.t * column.direction - other.point);
+    let slack = SHEET_CELLS * column.slice_length;
+    return abs(ridge) < slack || select(-beyond, beyond, ridge > 0.0) < slack;
+}
+
+// All sheets of the voxel in `slice`, in the order in which the light meets them.
+fn meet_voxel(light: ptr<function, Light>, g: Grid, column: Column, slice: u32, rank: u32, saturate: bool) {
+    let first = records[g.record_base + rank];
+    let further = record_extra_count(first);
+    let sheet_0 = sheet_of(g, column, slice, first);
+    if further == 0u {
+        if sheet_0.crossed {
+            meet(light, sheet_0, saturate, column);
+        }
+        return;
+    }
+    var sheets: array<Sheet, MAX_SHEETS>;
+    sheets[0] = sheet_0;
+    var count = 1u;
+    for (var i = 0u; i < further && count < MAX_SHEETS; i++) {
+        let extra = record_extra_first(first) + i;
+        if extra < g.extra_capacity {
+            sheets[count] = sheet_of(g, column, slice, records[g.extra_base + extra]);
+            count += 1u;
+        }
+    }
+    var t_done = FAR_BACK;
+    for (var turn = 0u; turn < count; turn++) {
+        var next = MAX_SHEETS;
+        var t_next = -FAR_BACK;
+        for (var i = 0u; i < count; i++) {
+            if sheets[i].crossed && sheets[i].t > t_done && sheets[i].t < t_next {
+                next = i;
+                t_next = sheets[i].t;
+            }
+        }
+        if next == MAX_SHEETS {
+            return;
+        }
+        t_done = t_next;
+        var bounded = true;
+        for (var i = 0u; i < count; i++) {
+            if i != next && sheets[i].part == sheets[next].part {
+                bounded &= is_bounded(sheets[next], sheets[i], column);
+            }
+        }
+        if bounded {
+            meet(light, sheets[next], saturate, column);
+        }
+    }
+}
+
+// What is left at world distance `t`, which the light has reached.
+fn light_record_at(light: Light, t: f32, questionable: bool) -> LightRecord {
+    if light.blocked {
+        return LightRecord(vec3f(0.0), 0.0, LIGHT_NO_MEDIUM, questionable);
+    }
+    let medium = media_ruling(light.media);
+    let depth = max(light.depth + sigma_of(medium) * (t - light.t), vec3f(0.0));
+    // CL Eq. 1 as printed, or Beer–Lambert's law.
+    let left = select(exp(-depth), max(1.0 - depth, vec3f(0.0)), light_settings.shadow == LINEAR);
+    return LightRecord(left * light.tint, light.surfaces, min(medium, LIGHT_NO_MEDIUM), questionable);
+}
+
+// Walks the column once. True if its crossings pair up.
+fn walk(g: Grid, column: Column, saturate: bool) -> bool {
+    let base = word_index(g, vec3u(column.cell, 0u));
+    var light: Light;
+    light.tint = vec3f(1.0);
+    light.surfaces = 1.0;
+    var last = 0xffffffffu;
+    for (var w = 0u; w < g.words_per_column; w++) {
+        var bits = occupancy[base + w];
+        var rank = 0u;
+        if bits != 0u {
+            rank = ranks[base + w];
+        }
+        while bits != 0u {
+            let slice = w * 32u + firstTrailingBit(bits);
+            bits &= bits - 1u;
+            if rank < g.record_capacity {
+                if !light.blocked {
+                    meet_voxel(&light, g, column, slice, rank, saturate);
+                }
+                let t_end = (f32(slice) + 1.0) * column.slice_length;
+                last = g.record_base + rank;
+                light_records[last] = pack_light_record(light_record_at(light, t_end, saturate));
+            }
+            rank += 1u;
+        }
+    }
+    let open = !light.blocked && media_ruling(light.media) != NO_PART;
+    if open && saturate && last != 0xffffffffu {
+        // A leak: the body ends with the column's last record.
+        var closing = unpack_light_record(light_records[last]);
+        closing.medium = LIGHT_NO_MEDIUM;
+        light_records[last] = pack_light_record(closing);
+    }
+    return !open && !light.odd;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let g = grids[grid_index.x];
+    if any(id.xy >= g.cells.xy) {
+        return;
+    }
+    let center = vec2f(id.xy) + 0.5;
+    let begin = world_from_grid(g, vec3f(center, 0.0));
+    let along = world_from_grid(g, vec3f(center, slab(g, f32(g.cells.z)))) - begin;
+    let reach = length(along);
+    let column = Column(begin, along / reach, reach / f32(g.cells.z), id.xy);
+    if !walk(g, column, false) {
+        walk(g, column, true);
+    }
+}
