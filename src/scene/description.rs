@@ -461,7 +461,7 @@ impl Default for Model {
 /// What a scene file changes of the materials of the parts that `part` names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialOverride {
-    /// A part's name, or `*` for all.
+    /// A part's name, or the start of names followed by `*`: `*` is all.
     pub part: String,
     /// Refraction index, at least 1 unless inside another medium (0.1 to 10 accepted).
     pub ior: Option<f32>,

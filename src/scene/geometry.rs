@@ -140,7 +140,7 @@ pub struct Texture {
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// RGBA, row by row from the top.
+    /// RGBA, row by row from the top. Alpha is 255, but 0 in the holes of a part with an alpha mask.
     pub rgba8: Vec<u8>,
     /// Stored with the sRGB curve.
     pub srgb: bool,

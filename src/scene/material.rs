@@ -54,6 +54,14 @@ impl Default for Material {
     }
 }
 
+impl MaterialOverride {
+    /// Whether this is meant for the part: by its name, or by the start of it before a final `*`.
+    #[must_use]
+    pub fn names(&self, part: &str) -> bool {
+        self.part == part || self.part.strip_suffix('*').is_some_and(|start| part.starts_with(start))
+    }
+}
+
 impl Material {
     /// Applies a scene's overrides for the part of this name, in order, later ones winning.
     ///
@@ -62,7 +70,7 @@ impl Material {
     #[must_use]
     pub fn overridden(mut self, part: &str, overrides: &[MaterialOverride]) -> Self {
         let (mut color, mut distance) = (None, None);
-        for o in overrides.iter().filter(|o| o.part == "*" || o.part == part) {
+        for o in overrides.iter().filter(|o| o.names(part)) {
             if o.opaque == Some(false) && self.opaque {
                 let Self { ior, sigma, dispersion, priority, emissive, .. } = self;
                 self = Self { ior, sigma, dispersion, priority, emissive, ..Self::default() };

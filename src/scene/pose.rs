@@ -27,7 +27,8 @@ pub struct Pose {
 impl World {
     /// The pose at `time_secs`, a pure function of scene and time.
     ///
-    /// Clips loop over their own length, at the model's speed. A model that the scene no longer has stands at rest.
+    /// Clips loop over their own length, at the model's speed. A model that the scene no longer has stands at rest. What
+    /// an animation throws out of the numbers' range collapses to a point.
     #[must_use]
     pub fn pose(&self, scene: &Scene, time_secs: f64) -> Pose {
         let mut pose = Pose { time_secs, ..Pose::default() };
@@ -44,6 +45,7 @@ impl Pose {
     fn add(&mut self, geometry: &Geometry, model: &Model, time_secs: f64) {
         let clip = geometry.clip(model);
         let nodes = NodeStates::at(geometry, clip, time_secs * f64::from(model.speed));
+        let within_range = |m: DMat4| if m.as_mat4().is_finite() { m } else { DMat4::ZERO };
         let matrices: Vec<DMat4> = geometry
             .matrices
             .iter()
@@ -53,6 +55,7 @@ impl Pose {
                     nodes.model_from_node[node as usize] * inverse_bind.as_dmat4()
                 }
             })
+            .map(within_range)
             .collect();
         let world_from_model = model.placement();
         let deformations: Vec<Deformation> = model.deformers.iter().map(|d| d.at(time_secs)).collect();

@@ -1,11 +1,12 @@
 //! All that a scene names, loaded.
 
-use super::description::{Deformer, Model, Scene, Source};
+use super::description::{Bounds, Deformer, Model, Scene, Source};
 use super::geometry::{Geometry, Texture};
 use super::material::Material;
 pub use super::pose::Pose;
-use super::{SceneError, Warning, shapes};
-use std::path::PathBuf;
+use super::{SceneError, Warning, gltf, shapes};
+use glam::Mat4;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -90,10 +91,11 @@ impl World {
     pub fn load(scene: &Scene, previous: Option<&World>) -> Result<Self, SceneError> {
         let mut world = Self::default();
         for model in &scene.models {
-            let known = previous.and_then(|p| p.find(&model.source)).or_else(|| world.find(&model.source));
+            let known = previous.and_then(|p| p.find(&model.source, &scene.folder));
+            let known = known.or_else(|| world.find(&model.source, &scene.folder));
             let (geometry, origin) = match known {
                 Some(known) => known,
-                None => make(model)?,
+                None => make(model, &scene.folder)?,
             };
             check_names(model, &geometry)?;
             world.warnings.extend(origin.warnings.iter().cloned());
@@ -113,8 +115,14 @@ impl World {
         world
     }
 
-    fn find(&self, source: &Source) -> Option<(Arc<Geometry>, Origin)> {
-        let i = self.origins.iter().position(|o| o.source == *source && o.files.iter().all(FileStamp::holds))?;
+    /// The model of a source in a folder, if it stands as it was read.
+    fn find(&self, source: &Source, folder: &Path) -> Option<(Arc<Geometry>, Origin)> {
+        let same = |o: &Origin| match source {
+            Source::File(file) => o.files.first().is_some_and(|f| f.path == folder.join(file)),
+            Source::Shape(_) => true,
+        };
+        let unchanged = |o: &Origin| o.source == *source && same(o) && o.files.iter().all(FileStamp::holds);
+        let i = self.origins.iter().position(unchanged)?;
         Some((Arc::clone(&self.models[i]), self.origins[i].clone()))
     }
 
@@ -180,14 +188,35 @@ impl World {
     }
 }
 
-fn make(model: &Model) -> Result<(Arc<Geometry>, Origin), SceneError> {
-    match &model.source {
-        Source::Shape(shape) => {
-            let origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
-            Ok((Arc::new(shapes::shape(shape)), origin))
+/// Makes a model's geometry from its source.
+fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneError> {
+    let mut origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
+    let geometry = match &model.source {
+        Source::Shape(shape) => shapes::shape(shape),
+        Source::File(file) => {
+            let path = folder.join(file);
+            // Stamped before it is read: a change meanwhile is seen later.
+            origin.files.extend(FileStamp::now(path.clone()));
+            let loaded = gltf::read(&path)?;
+            origin.files.extend(loaded.files.into_iter().filter_map(FileStamp::now));
+            origin.warnings = loaded.warnings;
+            loaded.geometry
         }
-        Source::File(file) => Err(SceneError::new(file.display().to_string(), "loading is being built")),
+    };
+    let geometry = Arc::new(geometry);
+    if !stands(&geometry) {
+        let what = "its parts lie further out than 1e12; scale the model down";
+        return Err(SceneError::new(format!("model `{}`", model.name), what));
     }
+    Ok((geometry, origin))
+}
+
+/// Whether the model's first pose is somewhere that single precision can tell apart.
+fn stands(geometry: &Arc<Geometry>) -> bool {
+    let scene = Scene { models: vec![Model::default()], ..Scene::default() };
+    let pose = World::from_geometry(&scene, vec![Arc::clone(geometry)]).pose(&scene, 0.0);
+    let near = |b: &Bounds| b.min.abs().max_element() <= 1e12 && b.max.abs().max_element() <= 1e12;
+    pose.part_bounds.iter().all(|b| b.is_empty() || near(b)) && pose.matrices.iter().all(Mat4::is_finite)
 }
 
 /// The names in a scene's model must be the file's own.
@@ -206,7 +235,7 @@ fn check_names(model: &Model, geometry: &Geometry) -> Result<(), SceneError> {
         return Err(unknown("variant", name, geometry.variants.iter().map(String::as_str).collect()));
     }
     for o in &model.materials {
-        if o.part != "*" && !geometry.parts.iter().any(|p| p.name == o.part) {
+        if !geometry.parts.iter().any(|p| o.names(&p.name)) {
             let known = std::iter::once("*").chain(geometry.parts.iter().map(|p| p.name.as_str())).collect();
             return Err(unknown("part", &o.part, known));
         }

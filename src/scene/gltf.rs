@@ -1,1 +1,0 @@
-//! Reads glTF 2.0, defensively.

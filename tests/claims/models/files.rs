@@ -1,0 +1,84 @@
+//! Real files are read as their authors meant them.
+
+use murrine::scene::description::{Model, Scene, Source};
+use murrine::scene::pose::pose_vertices;
+use murrine::scene::world::World;
+use std::path::{Path, PathBuf};
+
+/// A scene of one file, the clip chosen by name.
+pub(super) fn scene_of(path: &Path, animation: Option<&str>) -> Scene {
+    let folder = path.parent().unwrap().to_path_buf();
+    let source = Source::File(path.file_name().unwrap().into());
+    let animation = animation.map(str::to_owned);
+    Scene {
+        models: vec![Model { name: "m".into(), source, animation, ..Model::default() }],
+        folder,
+        ..Scene::default()
+    }
+}
+
+/// The folder of other people's models, where it lies beside the checkout.
+fn shared() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
+    folder.is_dir().then_some(folder)
+}
+
+/// Name, triangles, matrices, morph targets, clips, clear parts, pictures.
+const KNOWN: [(&str, usize, usize, u32, usize, usize, usize); 16] = [
+    ("static/bunny_69666_closed.glb", 69_666, 1, 0, 0, 0, 0),
+    ("static/dragon_100000.glb", 100_000, 1, 0, 0, 0, 0),
+    ("static/spot_5856.glb", 5_856, 1, 0, 0, 0, 0),
+    ("animated/CesiumMan.glb", 4_672, 19, 0, 1, 0, 1),
+    ("animated/Fox.glb", 576, 24, 0, 3, 0, 1),
+    ("animated/RiggedSimple.glb", 188, 2, 0, 1, 0, 0),
+    ("animated/SimpleSkin.gltf", 8, 2, 0, 1, 0, 0),
+    ("animated/SimpleMorph.gltf", 1, 1, 2, 1, 0, 0),
+    ("animated/AnimatedMorphSphere.glb", 960, 1, 2, 1, 0, 0),
+    ("animated/MorphStressTest.glb", 2_412, 1, 8, 3, 0, 2),
+    ("animated/InterpolationTest.glb", 110, 10, 0, 9, 0, 1),
+    ("animated/BoxAnimated.glb", 254, 2, 0, 1, 0, 0),
+    ("glass/AttenuationTest.glb", 292, 23, 0, 0, 21, 2),
+    ("glass/TransmissionRoughnessTest.glb", 77_792, 9, 0, 0, 5, 3),
+    ("glass/DispersionTest.glb", 51_827, 27, 0, 0, 25, 2),
+    ("glass/GlassVaseFlowers.glb", 14_036, 4, 0, 0, 2, 1),
+];
+
+#[test]
+fn shared_models_have_the_counts_that_their_authors_state() {
+    let Some(folder) = shared() else { return };
+    for (file, triangles, matrices, targets, clips, clear, pictures) in KNOWN {
+        let scene = scene_of(&folder.join(file), None);
+        let world = World::load(&scene, None).unwrap_or_else(|e| panic!("{e}"));
+        let model = &world.models[0];
+        let found = (
+            model.triangles.len(),
+            model.matrices.len(),
+            model.parts.iter().map(|p| p.morph_count).max().unwrap(),
+            model.clips.len(),
+            world.materials(&scene).iter().filter(|m| !m.opaque).count(),
+            model.textures.len(),
+        );
+        assert_eq!(found, (triangles, matrices, targets, clips, clear, pictures), "{file}");
+        assert!(world.warnings.is_empty(), "{file}: {:?}", world.warnings);
+    }
+}
+
+#[test]
+fn bounds_contain_every_posed_vertex_of_the_shared_models() {
+    let Some(folder) = shared() else { return };
+    for (file, ..) in KNOWN {
+        let mut scene = scene_of(&folder.join(file), None);
+        let world = World::load(&scene, None).unwrap();
+        let clips: Vec<_> = world.models[0].clips.iter().map(|c| Some(c.name.clone())).collect();
+        for clip in if clips.is_empty() { vec![None] } else { clips } {
+            scene.models[0].animation = clip;
+            let duration = world.duration_secs(&scene);
+            let steps = if world.models[0].vertices.len() > 20_000 { 1 } else { 5 };
+            for step in 0..steps {
+                super::bounds::assert_contained(&world, &scene, duration * f64::from(step) / 4.3);
+            }
+        }
+        let posed = pose_vertices(&world, &scene, &world.pose(&scene, 0.0));
+        assert!(posed.iter().all(|(p, n)| p.is_finite() && (n.length() - 1.0).abs() < 1e-3), "{file}");
+    }
+}
