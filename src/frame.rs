@@ -93,6 +93,8 @@ impl Frame {
     /// When the device refuses a buffer, or is lost. The last good picture stays.
     pub fn render(&mut self, gpu: &Gpu, request: &Request<'_>) -> Result<StageTimes, GpuError> {
         let Request { scene, world, .. } = *request;
+        let mut rec = Recorder::new(gpu, request.timing);
+        rec.stage("scene")?;
         let pose = world.pose(scene, request.time_secs);
         let materials = world.materials(scene);
         let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
@@ -124,7 +126,6 @@ impl Frame {
             return Ok(StageTimes::new());
         };
         let volume = &self.volume;
-        let mut rec = Recorder::new(gpu, request.timing);
 
         if stale.animate {
             rec.stage("animate")?;
@@ -192,10 +193,8 @@ impl Frame {
             self.animate.write_materials(gpu, triangles, &inputs.materials);
         }
         if self.voxelizer.as_ref().map(|(name, _)| *name) != Some(scene.voxelizer.method.as_str()) {
-            // The reader of scenes has checked the name; an unknown one keeps the method that stands.
-            if let Some(method) = voxelize::method(&scene.voxelizer.method) {
-                self.voxelizer = Some((method.name, (method.new)(gpu)?));
-            }
+            let method = voxelize::method(&scene.voxelizer.method)?;
+            self.voxelizer = Some((method.name, (method.new)(gpu)?));
         }
         if self.radiance.size != request.size.max(UVec2::ONE) {
             self.radiance = self.march.target(gpu, request.size.max(UVec2::ONE));

@@ -61,6 +61,16 @@ pub enum GpuError {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// A method of this name does not exist.
+    #[error("unknown {what} `{name}`; choose one of {known}")]
+    Unknown {
+        /// What kind of method.
+        what: &'static str,
+        /// The name that was asked for.
+        name: String,
+        /// Those there are.
+        known: String,
+    },
     /// The device was lost or a read-back failed.
     #[error("the graphics device stopped answering: {0}")]
     Lost(String),

@@ -82,7 +82,13 @@ impl<'a> Input<'a> {
 pub const METHODS: &[Method] = &[cpu_exact::METHOD, triangle_parallel::METHOD];
 
 /// The method of this name.
-#[must_use]
-pub fn method(name: &str) -> Option<&'static Method> {
-    METHODS.iter().find(|m| m.name == name)
+///
+/// # Errors
+/// When there is none; the error lists those there are.
+pub fn method(name: &str) -> Result<&'static Method, GpuError> {
+    METHODS.iter().find(|m| m.name == name).ok_or_else(|| GpuError::Unknown {
+        what: "voxelizer",
+        name: name.to_owned(),
+        known: METHODS.iter().map(|m| m.name).collect::<Vec<_>>().join(", "),
+    })
 }

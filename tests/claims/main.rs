@@ -4,6 +4,7 @@
 
 mod assets;
 mod layering;
+mod layouts;
 mod models;
 mod probe;
 mod scene_files;
