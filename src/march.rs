@@ -1,10 +1,29 @@
 //! Stage 6: the first surface by rasterizing, then rays through the view's grid.
+//!
+//! Source: [`papers::CHANG_LAI_2011`](crate::papers::CHANG_LAI_2011), §3.2, §3.3 and Fig. 3. Passes, in order:
+//!
+//! | pass          | does                                                             | writes               |
+//! | first_surface | rasterizes every triangle                                        | triangle a pixel     |
+//! | march         | follows each ray through the glass; a shader for each way to hit | [`Targets`]' path    |
+//! | shade         | what each path ends on, what the first surface mirrors           | radiance, channel    |
+//! | repair        | fills questionable pixels from their neighbours                  | the same             |
+//!
+//! | paper         | here                       | meaning                                            |
+//! | P_i, T_i      | `Ray.origin`, `.direction` | where the ray was bent last, and its way from there |
+//! | N_v(P), T_v(P) | `Surface.normal`, `PartMaterial.ior` | normal and refraction index at P         |
+//! | σ(d_i)        | `Ray.sigma`                | absorption per world unit; Eq. 5 lacks its minus   |
 
-use crate::animate::Triangles;
-use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::scene::description::EffectSettings;
-use crate::surroundings::SurroundingsBuffers;
-use crate::volume::Volume;
+mod first_surface;
+
+use crate::animate::{Triangles, Vertex};
+use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
+use crate::grid::Grid;
+use crate::scene::description::{EffectSettings, Refraction};
+use crate::scene::geometry::RestVertex;
+use crate::scene::material::PartMaterial;
+use crate::surroundings::{LightData, PlaneData, Surroundings, SurroundingsBuffers};
+use crate::volume::{Record, Volume};
+use first_surface::FirstSurface;
 use glam::UVec2;
 
 /// What the float channel of a frame holds; see the design's "Float channels".
@@ -46,6 +65,26 @@ impl Channel {
     ];
 }
 
+crate::gpu_struct! {
+    /// What every pass of this stage is told.
+    pub struct MarchSettings {
+        /// Pixels.
+        pub size: UVec2,
+        /// The most refractions and internal reflections of a path.
+        pub max_events: u32,
+        /// 1 where media absorb.
+        pub absorb: u32,
+        /// 1 where surfaces mirror.
+        pub reflect: u32,
+        /// A [`Channel`] by number.
+        pub channel: u32,
+        /// `hit = "voxel"`: a smaller angle between normals is the same surface again.
+        pub cos_angle_threshold: f32,
+        /// A quiet NaN: WGSL has no way to write one.
+        pub nan: f32,
+    }
+}
+
 /// What the march writes: two pictures of the internal resolution.
 #[derive(Debug)]
 pub struct Radiance {
@@ -55,11 +94,39 @@ pub struct Radiance {
     pub channel: wgpu::Texture,
     /// Internal resolution.
     pub size: UVec2,
+    /// What the passes hand to each other.
+    targets: Targets,
+}
+
+/// Pictures of the internal resolution that the stage's passes hand to each other. The path's four are described in
+/// `shaders/lib/path.inc.wgsl`.
+#[derive(Debug)]
+struct Targets {
+    first_triangle: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    path_place: wgpu::TextureView,
+    path_way: wgpu::TextureView,
+    path_depth: wgpu::TextureView,
+    path_first: wgpu::TextureView,
+    raw_radiance: wgpu::TextureView,
+    raw_channel: wgpu::TextureView,
+    radiance: wgpu::TextureView,
+    channel: wgpu::TextureView,
 }
 
 /// The passes.
 #[derive(Debug)]
-pub struct March {}
+pub struct March {
+    first_surface: FirstSurface,
+    straight: ComputePass,
+    single: ComputePass,
+    multiple: ComputePass,
+    shade: ComputePass,
+    repair: ComputePass,
+    texture_sampler: wgpu::Sampler,
+    /// Pixels that one thread of a march takes.
+    pixels_per_thread: u32,
+}
 
 /// What the march works on.
 #[derive(Debug, Clone, Copy)]
@@ -76,38 +143,157 @@ pub struct Input<'a> {
     pub channel: Channel,
 }
 
+/// Host structs that the stage's shaders share.
+const LAYOUTS: &[crate::gpu::Layout] = &[
+    Vertex::LAYOUT,
+    RestVertex::LAYOUT,
+    PartMaterial::LAYOUT,
+    Grid::LAYOUT,
+    Record::LAYOUT,
+    Surroundings::LAYOUT,
+    LightData::LAYOUT,
+    PlaneData::LAYOUT,
+    MarchSettings::LAYOUT,
+];
+
 impl March {
     /// Compiles the passes.
     ///
     /// # Errors
     /// When a shader is wrong.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let _ = gpu;
-        Ok(Self {})
+        // A software device runs eight threads in step; a hardware one wants many threads rather than long ones.
+        let pixels_per_thread = if gpu.is_software() { 16 } else { 1 };
+        let march = |bends: f64| {
+            let constants = [("bends", bends), ("pixels_per_thread", f64::from(pixels_per_thread))];
+            ComputePass::with_constants(gpu, "march.wgsl", "main", LAYOUTS, &constants)
+        };
+        Ok(Self {
+            pixels_per_thread,
+            first_surface: FirstSurface::new(gpu)?,
+            straight: march(0.0)?,
+            single: march(1.0)?,
+            multiple: march(2.0)?,
+            shade: ComputePass::new(gpu, "shade.wgsl", "main", LAYOUTS)?,
+            repair: ComputePass::new(gpu, "repair.wgsl", "main", LAYOUTS)?,
+            texture_sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("textures"),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+        })
     }
 
     /// Makes the pictures that [`March::record`] writes.
     #[must_use]
     pub fn target(&self, gpu: &Gpu, size: UVec2) -> Radiance {
-        let texture = |label| {
+        use wgpu::TextureFormat::{Depth32Float, R32Uint, Rgba32Float, Rgba32Uint};
+        let make = |label, format, usage| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size.x.max(1), height: size.y.max(1), depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::STORAGE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
+                format,
+                usage,
                 view_formats: &[],
             })
         };
-        Radiance { radiance: texture("radiance"), channel: texture("channel"), size }
+        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let stored = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+        let radiance = make("radiance", Rgba32Float, stored | wgpu::TextureUsages::COPY_SRC);
+        let channel = make("channel", Rgba32Float, stored | wgpu::TextureUsages::COPY_SRC);
+        let targets = Targets {
+            first_triangle: view(&make("first_triangle", R32Uint, drawn)),
+            depth: view(&make("depth", Depth32Float, wgpu::TextureUsages::RENDER_ATTACHMENT)),
+            path_place: view(&make("path_place", Rgba32Float, stored)),
+            path_way: view(&make("path_way", Rgba32Float, stored)),
+            path_depth: view(&make("path_depth", Rgba32Uint, stored)),
+            path_first: view(&make("path_first", Rgba32Float, stored)),
+            raw_radiance: view(&make("raw_radiance", Rgba32Float, stored)),
+            raw_channel: view(&make("raw_channel", Rgba32Float, stored)),
+            radiance: view(&radiance),
+            channel: view(&channel),
+        };
+        Radiance { radiance, channel, size, targets }
     }
 
     /// Records first surface, march and the repair of questionable rays.
     pub fn record(&self, rec: &mut Recorder<'_>, input: &Input<'_>, target: &Radiance) {
-        let _ = (rec, input, target);
+        let Input { volume, triangles, surroundings, effect, .. } = *input;
+        let gpu = rec.gpu;
+        let to = &target.targets;
+        let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size));
+        let view = wgpu::BindingResource::TextureView;
+        let resources = [
+            ("vertices", triangles.vertices.as_entire_binding()),
+            ("indices", triangles.indices.as_entire_binding()),
+            ("rest_vertices", triangles.rest_vertices.as_entire_binding()),
+            ("materials", triangles.materials.as_entire_binding()),
+            ("textures", view(&triangles.textures)),
+            ("texture_sampler", wgpu::BindingResource::Sampler(&self.texture_sampler)),
+            ("occupancy", volume.occupancy.as_entire_binding()),
+            ("ranks", volume.ranks.as_entire_binding()),
+            ("records", volume.records.as_entire_binding()),
+            ("light_records", volume.light_records.as_entire_binding()),
+            ("grids", volume.grid_data.as_entire_binding()),
+            ("surroundings", surroundings.data.as_entire_binding()),
+            ("environment", view(&surroundings.environment)),
+            ("environment_sampler", wgpu::BindingResource::Sampler(&surroundings.sampler)),
+            ("settings", settings.as_entire_binding()),
+            ("first_triangle", view(&to.first_triangle)),
+            ("path_place", view(&to.path_place)),
+            ("path_way", view(&to.path_way)),
+            ("path_depth", view(&to.path_depth)),
+            ("path_first", view(&to.path_first)),
+        ];
+        let threads = [target.size.x, target.size.y, 1];
+
+        self.first_surface.record(rec, triangles, surroundings, &to.first_triangle, &to.depth);
+
+        let march = match effect.refraction {
+            Refraction::None => &self.straight,
+            Refraction::Single => &self.single,
+            Refraction::TwoSurface | Refraction::MultipleSurface => &self.multiple,
+        };
+        let rows = target.size.y.div_ceil(self.pixels_per_thread);
+        let group = march.bind_used(gpu, &resources);
+        march.dispatch(&mut rec.encoder, &group, [target.size.x, rows, 1]);
+
+        let repairs = effect.fill_questionable;
+        let (radiance, channel) =
+            if repairs { (&to.raw_radiance, &to.raw_channel) } else { (&to.radiance, &to.channel) };
+        let pictures = [("radiance", view(radiance)), ("channel", view(channel))];
+        let group = self.shade.bind_used(gpu, &[&resources[..], &pictures].concat());
+        self.shade.dispatch(&mut rec.encoder, &group, threads);
+
+        if repairs {
+            let pictures = [
+                ("raw_radiance", view(&to.raw_radiance)),
+                ("raw_channel", view(&to.raw_channel)),
+                ("radiance", view(&to.radiance)),
+                ("channel", view(&to.channel)),
+            ];
+            let group = self.repair.bind_used(gpu, &[&resources[..], &pictures].concat());
+            self.repair.dispatch(&mut rec.encoder, &group, threads);
+        }
+    }
+}
+
+fn settings(effect: &EffectSettings, channel: Channel, size: UVec2) -> MarchSettings {
+    let channel = Channel::ALL.iter().position(|(c, ..)| *c == channel).unwrap_or(0);
+    MarchSettings {
+        size,
+        max_events: effect.max_events.clamp(1, 32),
+        absorb: u32::from(effect.transmittance),
+        reflect: u32::from(effect.reflection),
+        channel: u32::try_from(channel).unwrap_or(0),
+        cos_angle_threshold: effect.angle_threshold_deg.to_radians().cos(),
+        nan: f32::NAN,
     }
 }

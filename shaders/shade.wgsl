@@ -1,0 +1,176 @@
+#include "lib/crossing.inc.wgsl"
+#include "lib/march_settings.inc.wgsl"
+#include "lib/path.inc.wgsl"
+#include "lib/refract.inc.wgsl"
+#include "lib/shading.inc.wgsl"
+#include "lib/surface.inc.wgsl"
+// What each pixel's path ends on, what its first surface mirrors, and the float channel.
+
+@group(0) @binding(0) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(1) var<storage, read> indices: array<u32>;
+@group(0) @binding(2) var<storage, read> rest_vertices: array<RestVertex>;
+@group(0) @binding(3) var<storage, read> materials: array<PartMaterial>;
+@group(0) @binding(4) var<storage, read> occupancy: array<u32>;
+@group(0) @binding(5) var<storage, read> ranks: array<u32>;
+@group(0) @binding(6) var<storage, read> records: array<Record>;
+@group(0) @binding(7) var<storage, read> light_records: array<vec2u>;
+@group(0) @binding(8) var<uniform> grids: array<Grid, MAX_GRIDS>;
+@group(0) @binding(9) var<uniform> surroundings: Surroundings;
+@group(0) @binding(10) var<uniform> settings: MarchSettings;
+@group(0) @binding(11) var environment: texture_2d<f32>;
+@group(0) @binding(12) var environment_sampler: sampler;
+@group(0) @binding(13) var textures: texture_2d_array<f32>;
+@group(0) @binding(21) var texture_sampler: sampler;
+@group(0) @binding(14) var first_triangle: texture_2d<u32>;
+@group(0) @binding(15) var path_place: texture_2d<f32>;
+@group(0) @binding(16) var path_way: texture_2d<f32>;
+@group(0) @binding(17) var path_depth: texture_2d<u32>;
+@group(0) @binding(18) var path_first: texture_2d<f32>;
+@group(0) @binding(19) var radiance: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(20) var channel: texture_storage_2d<rgba32float, write>;
+
+// What a ray ends on.
+struct End {
+    t: f32,
+    triangle: u32,      // opaque, or NO_TRIANGLE
+    plane: u32,         // or NO_PLANE
+}
+
+// The nearest opaque matter along a ray that meets no more glass: planes, and the grid of opaque parts.
+fn opaque_ahead(origin: vec3f, direction: vec3f) -> End {
+    let plane = nearest_plane(origin, direction, 1e30);
+    var end = End(plane.t, NO_TRIANGLE, plane.plane);
+    let grid = surroundings.counts.z;
+    if grid < MAX_GRIDS {
+        let line = grid_ray(grid, origin, direction);
+        let seeker = Seeker(origin, direction, plane.t, vec4u(0u), NO_PART, false, true);
+        var walk = walk_start(line);
+        var hit = no_crossing();
+        if line.s_first < line.s_last {
+            loop {
+                if !next_occupied(line, &walk) {
+                    break;
+                }
+                hit = voxel_crossing(grid, line, walk, seeker);
+                if hit.found {
+                    break;
+                }
+                walk_on(line, &walk);
+            }
+        }
+        if hit.found {
+            end = End(hit.t, hit.triangle & RECORD_TRIANGLE_MASK, NO_PLANE);
+        }
+    }
+    return end;
+}
+
+// Radiance of an opaque triangle at `p`, seen along `direction`.
+fn triangle_radiance(triangle: u32, p: vec3f, direction: vec3f) -> vec3f {
+    let at = barycentric_at(triangle, p);
+    let b = at.weights;
+    let part = vertices[at.corner.x].part;
+    let normal = b.x * vertices[at.corner.x].normal + b.y * vertices[at.corner.y].normal
+        + b.z * vertices[at.corner.z].normal;
+    let length2 = dot(normal, normal);
+    let n = select(-direction, normal * inverseSqrt(max(length2, 1e-20)), length2 > 1e-12);
+    var base_color = materials[part].base_color;
+    var emissive = materials[part].emissive;
+    let color_layer = materials[part].base_color_layer;
+    let emissive_layer = materials[part].emissive_layer;
+    if max(color_layer, emissive_layer) >= 0 {
+        let uv = b.x * vec2f(rest_vertices[at.corner.x].u, rest_vertices[at.corner.x].v)
+            + b.y * vec2f(rest_vertices[at.corner.y].u, rest_vertices[at.corner.y].v)
+            + b.z * vec2f(rest_vertices[at.corner.z].u, rest_vertices[at.corner.z].v);
+        if color_layer >= 0 {
+            base_color *= textureSampleLevel(textures, texture_sampler, uv, color_layer, 0.0).rgb;
+        }
+        if emissive_layer >= 0 {
+            emissive *= textureSampleLevel(textures, texture_sampler, uv, emissive_layer, 0.0).rgb;
+        }
+    }
+    return shade_surface(p, n, direction, base_color, materials[part].roughness, emissive);
+}
+
+fn end_radiance(end: End, origin: vec3f, direction: vec3f) -> vec3f {
+    let p = origin + end.t * direction;
+    if end.triangle != NO_TRIANGLE {
+        return triangle_radiance(end.triangle, p, direction);
+    }
+    if end.plane != NO_PLANE {
+        return shade_plane(end.plane, p, direction);
+    }
+    return background_from(origin, direction);
+}
+
+// What the first surface mirrors, already weighted.
+fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f) -> vec3f {
+    let part = path.first_part - 1u;
+    let n = facing(path.first_normal, direction);
+    let p = eye + path.first_t * direction;
+    let bend = bend_at(direction, n, 1.0 / materials[part].ior);
+    // Both sides of a thin wall mirror.
+    let thin = (materials[part].flags & FLAG_THIN_WALL) != 0u;
+    let reflectance = select(bend.reflectance, 2.0 * bend.reflectance / (1.0 + bend.reflectance), thin);
+    let way = reflect(direction, n);
+    let plane = nearest_plane(p, way, 1e30);
+    let seen = end_radiance(End(plane.t, NO_TRIANGLE, plane.plane), p, way);
+    return reflectance * seen + specular_highlights(p, n, direction, materials[part].roughness);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= settings.size) {
+        return;
+    }
+    let eye = surroundings.eye;
+    let view = view_direction(picture_from_pixel(id.xy, settings.size));
+    var path = clear_path(eye, view);
+    if textureLoad(first_triangle, id.xy, 0).x != 0u {
+        path = path_from_texels(textureLoad(path_place, id.xy, 0), textureLoad(path_way, id.xy, 0),
+                                textureLoad(path_depth, id.xy, 0), textureLoad(path_first, id.xy, 0));
+    }
+
+    var end = End(path.t_end, path.triangle, NO_PLANE);
+    if path.t_end < 0.0 {
+        end = opaque_ahead(path.place, path.direction);
+    }
+    let transmittance = exp(-path.optical_depth);
+    var seen = end_radiance(end, path.place, path.direction) * transmittance * path.throughput;
+    let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
+    if settings.reflect != 0u && is_glass && dot(path.first_normal, view) < 0.0 {
+        seen += mirrored_radiance(path, eye, view);
+    }
+    textureStore(radiance, id.xy, vec4f(seen, select(1.0, 0.0, path.questionable)));
+    textureStore(channel, id.xy, channel_value(path, transmittance));
+}
+
+fn channel_value(path: Path, transmittance: vec3f) -> vec4f {
+    let none = vec4f(vec3f(settings.nan), 1.0);
+    switch settings.channel {
+        case CHANNEL_THICKNESS: {
+            return vec4f(path.thickness);
+        }
+        case CHANNEL_TRANSMITTANCE: {
+            return vec4f(transmittance, 1.0);
+        }
+        case CHANNEL_NORMAL: {
+            return select(none, vec4f(path.first_normal, 1.0), path.first_part != 0u);
+        }
+        case CHANNEL_EVENTS: {
+            return vec4f(f32(path.events));
+        }
+        case CHANNEL_QUESTIONABLE: {
+            return vec4f(f32(path.questionable));
+        }
+        case CHANNEL_EXIT_DIRECTION: {
+            return select(none, vec4f(path.direction, 1.0), path.left_glass);
+        }
+        case CHANNEL_EXIT_POSITION: {
+            return select(none, vec4f(path.place, 1.0), path.left_glass);
+        }
+        default: {
+            return vec4f(0.0);
+        }
+    }
+}
