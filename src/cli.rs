@@ -1,1 +1,115 @@
-//! cli.
+//! The command line. Data goes to stdout, all else to stderr; the exit code is 0 when all is well, 1 when pictures
+//! differ or a check failed, 2 when something could not be done.
+
+mod arguments;
+mod doctor;
+mod list;
+mod output;
+mod render;
+mod voxels;
+
+use crate::gpu::{Gpu, GpuError};
+use crate::image::ImageError;
+use crate::scene::{SceneError, Warning};
+use crate::{golden, headless};
+use arguments::{Arguments, Command};
+use clap::Parser as _;
+use output::{Output, tell};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What a command came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Good,
+    /// Pictures differ or a check failed.
+    Bad,
+}
+
+/// Why a command could not do its work.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+    #[error("{0}")]
+    Gpu(#[from] GpuError),
+    #[error("{0}")]
+    Image(#[from] ImageError),
+    #[error("{0}")]
+    Golden(#[from] golden::GoldenError),
+    #[error("{0}")]
+    Other(String),
+    /// Whoever read our output has gone: no fault of anyone.
+    #[error("the reader of the output has gone")]
+    PipeClosed,
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are no errors; a closed pipe is not one either.
+            let code = if error.use_stderr() { 2 } else { 0 };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    match run(arguments) {
+        Ok(Outcome::Good) | Err(Failure::PipeClosed) => ExitCode::SUCCESS,
+        Ok(Outcome::Bad) => ExitCode::from(1),
+        Err(failure) => {
+            tell(format_args!("error: {failure}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<Outcome, Failure> {
+    let mut out = Output::default();
+    let adapter = &arguments.adapter;
+    match arguments.command {
+        None => window(arguments.path, &arguments.sets),
+        Some(Command::Render(options)) => render::run(&options, adapter),
+        Some(Command::Voxelize(options)) => voxels::run(&options, adapter, &mut out),
+        Some(Command::List(options)) => list::run(&options, &mut out),
+        Some(Command::Check { scenes }) => check(&scenes, &mut out),
+        Some(Command::Doctor) => doctor::run(adapter, &mut out),
+    }
+}
+
+/// Opens the window.
+fn window(path: Option<PathBuf>, sets: &[String]) -> Result<Outcome, Failure> {
+    let _ = (path, sets);
+    Err(Failure::Other("the window is being built; use `murrine render`".to_owned()))
+}
+
+/// Reads and loads each scene; all are tried.
+fn check(scenes: &[PathBuf], out: &mut Output) -> Result<Outcome, Failure> {
+    let mut outcome = Outcome::Good;
+    for path in scenes {
+        match headless::open(path, &[]) {
+            Ok((scene, _, warnings)) => {
+                tell_warnings(&warnings);
+                out.line(format_args!("{}: ok, {} models", path.display(), scene.models.len()))?;
+            }
+            Err(error) => {
+                outcome = Outcome::Bad;
+                out.line(format_args!("{error}"))?;
+            }
+        }
+    }
+    Ok(outcome)
+}
+
+fn tell_warnings(warnings: &[Warning]) {
+    for warning in warnings {
+        tell(format_args!("warning: {warning}"));
+    }
+}
+
+/// Opens the adapter that the command line names.
+fn open_gpu(adapter: &arguments::Adapter) -> Result<Gpu, Failure> {
+    Ok(Gpu::open(&adapter.choice())?)
+}

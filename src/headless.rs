@@ -1,1 +1,170 @@
-//! headless.
+//! Renders one frame, or voxelizes one grid, without a window and reads it back.
+
+use crate::animate::Animate;
+use crate::compose::DebugView;
+use crate::fill::FillInterior;
+use crate::frame::{Frame, Request};
+use crate::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
+use crate::grid::Grid;
+use crate::image::{Floats, Picture};
+use crate::march::Channel;
+use crate::scene::{Scene, SceneError, Warning, World, file, framing};
+use crate::volume::Volume;
+use crate::voxelize;
+use glam::{UVec2, UVec3};
+use std::path::Path;
+
+/// The most times a frame is rendered until the volume has room for every record: each time it grows to what the last
+/// one counted, and only neighbouring stages add to it.
+const MAX_TRIES: u32 = 6;
+
+/// Names of the voxelizers there are.
+#[must_use]
+pub fn methods() -> Vec<&'static str> {
+    voxelize::METHODS.iter().map(|m| m.name).collect()
+}
+
+/// Reads a scene or a model, applies the `--set` assignments, loads what it names and fits it.
+///
+/// # Errors
+/// The first thing that is wrong, with its place and remedy.
+pub fn open(path: &Path, sets: &[String]) -> Result<(Scene, World, Vec<Warning>), SceneError> {
+    let (mut scene, mut warnings) = file::read(path, sets, &methods())?;
+    let world = World::load(&scene, None)?;
+    framing::frame(&mut scene, &world);
+    warnings.extend(world.warnings.iter().cloned());
+    Ok((scene, world, warnings))
+}
+
+/// What is to be rendered.
+#[derive(Debug, Clone, Copy)]
+pub struct Still<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What it names.
+    pub world: &'a World,
+    /// Seconds.
+    pub time_secs: f64,
+    /// Pixels.
+    pub size: UVec2,
+    /// The float channel beside the picture.
+    pub channel: Channel,
+    /// What to show instead of the picture.
+    pub view: DebugView,
+}
+
+/// Renders until the volume has room for every record. The picture and its floats are then [`picture`] and [`floats`].
+///
+/// # Errors
+/// When the device refuses a buffer or is lost.
+pub fn render(gpu: &Gpu, frame: &mut Frame, still: &Still<'_>) -> Result<(), GpuError> {
+    let request = Request {
+        scene: still.scene,
+        world: still.world,
+        time_secs: still.time_secs,
+        size: still.size,
+        picture_size: still.size,
+        channel: still.channel,
+        view: still.view,
+        timing: Timing::Off,
+    };
+    for _ in 0..MAX_TRIES {
+        frame.render(gpu, &request)?;
+        if frame.settle(gpu)? {
+            return Ok(());
+        }
+    }
+    Err(GpuError::Lost(format!("the volume was still too small after {MAX_TRIES} frames; choose a smaller grid")))
+}
+
+/// Reads the picture back.
+///
+/// # Errors
+/// When the device is lost.
+pub fn picture(gpu: &Gpu, frame: &Frame) -> Result<Picture, GpuError> {
+    let texture = frame.picture();
+    let rgba8: Vec<[u8; 4]> = buffer::read_texture(gpu, texture)?;
+    let rgb8 = rgba8.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+    Ok(Picture { width: texture.width(), height: texture.height(), rgb8 })
+}
+
+/// Reads the channel's floats back; the beauty channel is the linear radiance.
+///
+/// # Errors
+/// When the device is lost.
+pub fn floats(gpu: &Gpu, frame: &Frame, channel: Channel) -> Result<Floats, GpuError> {
+    let radiance = frame.radiance();
+    let texture = if channel == Channel::Beauty { &radiance.radiance } else { &radiance.channel };
+    let components = Channel::ALL.iter().find(|(c, ..)| *c == channel).map_or(3, |(.., components)| *components);
+    let texels: Vec<[f32; 4]> = buffer::read_texture(gpu, texture)?;
+    let values = texels.iter().flat_map(|texel| texel[..components].iter().copied()).collect();
+    Ok(Floats { width: texture.width(), height: texture.height(), components, values })
+}
+
+/// The voxels of a world-aligned grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Voxels {
+    /// Resolution.
+    pub cells: UVec3,
+    /// 1 where the voxel is marked, else 0; \[z\]\[y\]\[x\].
+    pub marked: Vec<u8>,
+    /// Milliseconds that marking (and filling) took, once everything was compiled.
+    pub ms: f64,
+}
+
+/// Marks the voxels of `grid` that the scene's surfaces meet at a time, or with `solid` those whose centre is inside.
+///
+/// # Errors
+/// When the device refuses a buffer, or is lost.
+pub fn voxels(
+    gpu: &Gpu,
+    scene: &Scene,
+    world: &World,
+    time_secs: f64,
+    grid: Grid,
+    solid: bool,
+) -> Result<Voxels, GpuError> {
+    let mut animate = Animate::new(gpu)?;
+    let triangles = animate.upload(gpu, world)?;
+    animate.write_materials(gpu, &triangles, &world.materials(scene));
+    let fill = FillInterior::new(gpu)?;
+    let method = voxelize::method(&scene.voxelizer.method)?;
+    let mut voxelizer = (method.new)(gpu)?;
+    let mut volume = Volume::new(gpu)?;
+    volume.fit(gpu, &[grid])?;
+
+    let mut rec = Recorder::new(gpu, Timing::Submit);
+    rec.stage("animate")?;
+    animate.record(&mut rec, &triangles, world, scene, &world.pose(scene, time_secs));
+    rec.finish()?;
+    let mut ms = 0.0;
+    // The first round compiles, the second is timed.
+    for _ in 0..2 {
+        let mut rec = Recorder::new(gpu, Timing::Submit);
+        rec.stage("voxelize")?;
+        volume.clear(&mut rec, 0);
+        let input = voxelize::Input { volume: &volume, grid: 0, triangles: &triangles, settings: &scene.voxelizer };
+        voxelizer.record(&mut rec, &input)?;
+        if solid {
+            rec.stage("fill")?;
+            fill.record(&mut rec, &volume, 0, &triangles);
+        }
+        ms = rec.finish()?.iter().map(|(_, ms)| ms).sum();
+    }
+    let words = if solid { &volume.interior } else { &volume.occupancy };
+    let grid = &volume.grids[0];
+    let words: Vec<u32> = buffer::read(gpu, words, u64::from(grid.word_base), grid.word_count() as usize)?;
+    Ok(Voxels { cells: grid.cells, marked: unpack(&words, grid), ms })
+}
+
+/// Words to one byte a voxel, \[z\]\[y\]\[x\].
+fn unpack(words: &[u32], grid: &Grid) -> Vec<u8> {
+    let [nx, ny, nz] = grid.cells.to_array().map(|n| n as usize);
+    let mut marked = vec![0; nx * ny * nz];
+    for (column, words) in words.chunks_exact(grid.words_per_column as usize).enumerate() {
+        for z in 0..nz {
+            marked[z * nx * ny + column] = u8::from(words[z / 32] >> (z % 32) & 1 == 1);
+        }
+    }
+    marked
+}

@@ -1,3 +1,5 @@
 //! The `murrine` program: see [`murrine::cli`].
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    murrine::cli::main()
+}

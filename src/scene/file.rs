@@ -13,7 +13,7 @@ use section::Text;
 use std::path::Path;
 use toml_edit::Document;
 
-pub use read::SHAPES;
+pub use read::{BACKGROUNDS, DEFORMERS, LIGHTS, SHAPES};
 pub use set::set;
 pub use write::to_toml;
 

@@ -12,27 +12,25 @@ const POSES: u32 = 8;
 /// How much larger than its bounds the framed body is taken to be.
 const MARGIN: f64 = 1.12;
 
-/// The bounds of all parts but planes, over the whole animation.
+/// The bounds of all parts but planes, at one time.
 #[must_use]
-pub fn bounds_of_bodies(scene: &Scene, world: &World) -> Bounds {
+pub fn bounds_at(scene: &Scene, world: &World, time_secs: f64) -> Bounds {
     let is_plane = |model: u32| {
         let source = scene.models.get(model as usize).map(|m| &m.source);
         matches!(source, Some(Source::Shape(Shape::Plane { .. })))
     };
+    let pose = world.pose(scene, time_secs);
+    let bodies = world.parts.iter().zip(&pose.part_bounds).filter(|(part, b)| !is_plane(part.model) && !b.is_empty());
+    bodies.fold(Bounds::EMPTY, |all, (_, bounds)| all.union(*bounds))
+}
+
+/// The bounds of all parts but planes, over the whole animation.
+#[must_use]
+pub fn bounds_of_bodies(scene: &Scene, world: &World) -> Bounds {
     let duration_secs = world.duration_secs(scene);
-    let mut bounds = Bounds::EMPTY;
-    for i in 0..POSES {
-        let pose = world.pose(scene, duration_secs * f64::from(i) / f64::from(POSES));
-        for (part, part_bounds) in world.parts.iter().zip(&pose.part_bounds) {
-            if !is_plane(part.model) && !part_bounds.is_empty() {
-                bounds = bounds.union(*part_bounds);
-            }
-        }
-        if duration_secs <= 0.0 {
-            break;
-        }
-    }
-    bounds
+    let poses = if duration_secs > 0.0 { POSES } else { 1 };
+    let times = (0..poses).map(|i| duration_secs * f64::from(i) / f64::from(POSES));
+    times.fold(Bounds::EMPTY, |all, time_secs| all.union(bounds_at(scene, world, time_secs)))
 }
 
 /// Fits a scene that asks for it to its bodies; others stay as they are.

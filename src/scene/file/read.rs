@@ -172,7 +172,7 @@ fn effect(mut from: Section<'_>) -> Result<EffectSettings, SceneError> {
 }
 
 /// The kinds of background, in the order of [`background`].
-pub(super) const BACKGROUNDS: &[&str] = &["color", "sky", "checker", "environment"];
+pub const BACKGROUNDS: &[&str] = &["color", "sky", "checker", "environment"];
 
 fn background(mut from: Section<'_>, folder: &Path) -> Result<Background, SceneError> {
     let radiance = 0.0..=FARTHEST;
@@ -212,7 +212,7 @@ fn background(mut from: Section<'_>, folder: &Path) -> Result<Background, SceneE
 }
 
 /// The kinds of light, in the order of [`light`].
-pub(super) const LIGHTS: &[&str] = &["directional", "point", "spot"];
+pub const LIGHTS: &[&str] = &["directional", "point", "spot"];
 
 fn light(mut from: Section<'_>) -> Result<Light, SceneError> {
     let default = Light::default();
@@ -365,7 +365,7 @@ fn source(from: &mut Section<'_>, folder: &Path, warnings: &mut Vec<Warning>) ->
 /// The axes, as files name them.
 pub(super) const AXES: &[&str] = &["x", "y", "z"];
 /// The deformers, in the order of [`deformer`].
-pub(super) const DEFORMERS: &[&str] = &["twist", "wave"];
+pub const DEFORMERS: &[&str] = &["twist", "wave"];
 
 fn deformer(mut from: Section<'_>) -> Result<Deformer, SceneError> {
     let Some(kind) = from.one_of("kind", DEFORMERS)? else {

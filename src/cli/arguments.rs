@@ -1,0 +1,235 @@
+//! What the command line takes. Scene keys are set by their own flags or by `--set`; both end as assignments.
+
+use crate::gpu::AdapterChoice;
+use crate::headless;
+use crate::march::Channel;
+use crate::scene::description::{Hit, Refraction};
+use crate::scene::words::{Words, nearest};
+use clap::{Args, Parser, Subcommand};
+use glam::{DVec3, UVec2, UVec3};
+use std::path::PathBuf;
+
+/// Moving glass, made of voxels every frame. Opens a window on a scene (.toml) or a model (.glb, .gltf).
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub(super) struct Arguments {
+    /// The scene or model to open in the window; our best scene if there is none
+    pub(super) path: Option<PathBuf>,
+    /// Change the scene: path=value, such as effect.max_events=4 or model.0.material.0.ior=1.3
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(super) sets: Vec<String>,
+    #[command(flatten)]
+    pub(super) adapter: Adapter,
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Adapter {
+    /// Part of an adapter's name, or `software`; the fastest one if left out
+    #[arg(long, value_name = "NAME", global = true)]
+    pub(super) adapter: Option<String>,
+}
+
+impl Adapter {
+    pub(super) fn choice(&self) -> AdapterChoice {
+        match self.adapter.as_deref() {
+            None => AdapterChoice::Fastest,
+            Some("software") => AdapterChoice::Software,
+            Some(name) => AdapterChoice::Named(name.to_owned()),
+        }
+    }
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render one picture or float channel to a file
+    Render(Render),
+    /// Voxelize a model into a world-axis-aligned array
+    Voxelize(Voxelize),
+    /// List voxelizers, effects, channels, shapes and the words of every choice
+    List(List),
+    /// Read scenes and models and say what is wrong with them
+    Check {
+        /// Scenes or models
+        #[arg(required = true)]
+        scenes: Vec<PathBuf>,
+    },
+    /// Say what this machine's adapter and driver are, and what will and won't work
+    Doctor,
+}
+
+/// Flags that change the scene.
+#[derive(Debug, Args)]
+pub(super) struct SceneFlags {
+    /// Cells of the view's grid: along the longest axis, or XxYxZ
+    #[arg(long, value_name = "N|XxYxZ")]
+    pub(super) grid: Option<String>,
+    /// The voxelizer; `murrine list voxelizers`
+    #[arg(long, value_name = "NAME", value_parser = voxelizer)]
+    pub(super) voxelizer: Option<String>,
+    /// How rays bend; `murrine list refraction`
+    #[arg(long, value_name = "NAME", value_parser = word::<Refraction>)]
+    pub(super) refraction: Option<String>,
+    /// How a ray meets the volume: surfel or voxel
+    #[arg(long, value_name = "NAME", value_parser = word::<Hit>)]
+    pub(super) hit: Option<String>,
+    /// Change the scene: path=value, such as effect.max_events=4; repeatable, later ones win
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(super) sets: Vec<String>,
+}
+
+impl SceneFlags {
+    /// The flags as assignments in scene text.
+    pub(super) fn assignments(&self) -> Vec<String> {
+        let grid = self.grid.as_ref().map(|grid| match grid.contains(['x', 'X']) {
+            true => format!("grid.cells=[{}]", grid.replace(['x', 'X'], ", ")),
+            false => format!("grid.cells={grid}"),
+        });
+        let quoted = |key: &str, value: &Option<String>| value.as_ref().map(|value| format!("{key}=\"{value}\""));
+        let flags = [
+            grid,
+            quoted("voxelizer.method", &self.voxelizer),
+            quoted("effect.refraction", &self.refraction),
+            quoted("effect.hit", &self.hit),
+        ];
+        flags.into_iter().flatten().chain(self.sets.iter().cloned()).collect()
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Render {
+    /// A scene (.toml) or a model (.glb, .gltf)
+    pub(super) scene: PathBuf,
+    /// The file to write: .png (8-bit sRGB), .exr or .npy (linear floats)
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "768x512")]
+    pub(super) size: UVec2,
+    /// Seconds into the animation
+    #[arg(long, value_name = "SECS", value_parser = time, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(super) time: f64,
+    /// What to write; `murrine list channels`
+    #[arg(long, value_name = "NAME", value_parser = channel, default_value = "beauty")]
+    pub(super) channel: Channel,
+    #[command(flatten)]
+    pub(super) scene_flags: SceneFlags,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Voxelize {
+    /// A model (.glb, .gltf) or a scene (.toml)
+    pub(super) model: PathBuf,
+    /// The file to write: a u8 array [z][y][x], 1 where a voxel is marked
+    #[arg(short, long, value_name = "FILE.npy")]
+    pub(super) output: PathBuf,
+    /// Cells along each axis: N for a cube, or XxYxZ; 1 to 512
+    #[arg(long, value_name = "N|XxYxZ", value_parser = cells)]
+    pub(super) grid: UVec3,
+    /// Lower corner of cell (0, 0, 0), world; fitted to the model if left out
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, requires = "cell", allow_hyphen_values = true)]
+    pub(super) origin: Option<DVec3>,
+    /// Side of a cell, world units
+    #[arg(long, value_name = "SIDE", value_parser = side, requires = "origin")]
+    pub(super) cell: Option<f64>,
+    /// The voxelizer; `murrine list voxelizers`
+    #[arg(long, value_name = "NAME", value_parser = voxelizer)]
+    pub(super) voxelizer: Option<String>,
+    /// 26: every cell that a surface touches; 6: thin
+    #[arg(long, value_name = "26|6", value_parser = ["26", "6"])]
+    pub(super) separability: Option<String>,
+    /// Mark the cells whose centre is inside instead of those on the surface
+    #[arg(long)]
+    pub(super) solid: bool,
+    /// Seconds into the animation
+    #[arg(long, value_name = "SECS", value_parser = time, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(super) time: f64,
+    /// Change the scene: path=value
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(super) sets: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct List {
+    /// One of the lists; all if left out
+    pub(super) what: Option<String>,
+}
+
+/// The most pixels of a picture along an axis, and in all.
+const MOST_PIXELS: (u32, u64) = (8192, 8192 * 4320);
+
+fn size(text: &str) -> Result<UVec2, String> {
+    let (w, h) = text.split_once(['x', 'X']).ok_or("write WIDTHxHEIGHT, such as 768x512")?;
+    let side = |text: &str| match text.trim().parse::<u32>() {
+        Ok(side) if (1..=MOST_PIXELS.0).contains(&side) => Ok(side),
+        _ => Err(format!("`{text}` is no width or height; write 1 to {}", MOST_PIXELS.0)),
+    };
+    let size = UVec2::new(side(w)?, side(h)?);
+    if u64::from(size.x) * u64::from(size.y) > MOST_PIXELS.1 {
+        return Err(format!("{size} is more than {} pixels in all; choose a smaller picture", MOST_PIXELS.1));
+    }
+    Ok(size)
+}
+
+fn time(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if (0.0..=1e6).contains(&secs) => Ok(secs),
+        _ => Err("write seconds from 0 to 1000000".to_owned()),
+    }
+}
+
+fn cells(text: &str) -> Result<UVec3, String> {
+    let parts: Vec<&str> = text.split(['x', 'X']).collect();
+    let count = |text: &str| match text.trim().parse::<u32>() {
+        Ok(count) if (1..=512).contains(&count) => Ok(count),
+        _ => Err(format!("`{text}` cells; write 1 to 512")),
+    };
+    match parts.as_slice() {
+        [all] => Ok(UVec3::splat(count(all)?)),
+        [x, y, z] => Ok(UVec3::new(count(x)?, count(y)?, count(z)?)),
+        _ => Err("write N or XxYxZ, such as 128 or 128x64x256".to_owned()),
+    }
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_slice() {
+        [x, y, z] if text.matches(',').count() == 2 && numbers.iter().all(|n| n.abs() <= 1e6) => {
+            Ok(DVec3::new(*x, *y, *z))
+        }
+        [_, _, _] => Err("write three numbers, X,Y,Z, each within ±1000000".to_owned()),
+        _ => Err("write three numbers, X,Y,Z".to_owned()),
+    }
+}
+
+fn side(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(side) if (1e-9..=1e6).contains(&side) => Ok(side),
+        _ => Err("write a length above 0, at most 1000000".to_owned()),
+    }
+}
+
+fn channel(text: &str) -> Result<Channel, String> {
+    let names = || Channel::ALL.iter().map(|(_, name, _)| *name);
+    let found = Channel::ALL.iter().find(|(_, name, _)| *name == text);
+    found.map(|(channel, ..)| *channel).ok_or_else(|| choose(text, &names().collect::<Vec<_>>()))
+}
+
+fn voxelizer(text: &str) -> Result<String, String> {
+    let names = headless::methods();
+    if names.contains(&text) { Ok(text.to_owned()) } else { Err(choose(text, &names)) }
+}
+
+fn word<T: Words>(text: &str) -> Result<String, String> {
+    let words = T::words();
+    if words.contains(&text) { Ok(text.to_owned()) } else { Err(choose(text, &words)) }
+}
+
+/// The remedy for a name that is none of the choices.
+pub(super) fn choose(given: &str, names: &[&str]) -> String {
+    match nearest(given, names.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? Choose {}", names.join(", ")),
+        None => format!("choose {}", names.join(", ")),
+    }
+}

@@ -1,0 +1,64 @@
+//! `murrine voxelize`.
+
+use super::arguments::{Adapter, Voxelize};
+use super::{Failure, Outcome, Output, open_gpu, tell_warnings};
+use crate::grid::Grid;
+use crate::headless;
+use crate::image::{self, ImageError};
+use crate::scene::description::Bounds;
+use crate::scene::{Scene, World, framing};
+use glam::UVec3;
+
+/// How much wider than the model a fitted grid is, so that no surface lies on its rim.
+const RIM: f64 = 1.0 + 1e-4;
+
+pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Result<Outcome, Failure> {
+    match image::Format::of(&options.output)? {
+        image::Format::Npy => {}
+        _ => return Err(ImageError::Ending(options.output.clone()).into()),
+    }
+    let (scene, world, warnings) = headless::open(&options.model, &assignments(options))?;
+    tell_warnings(&warnings);
+    let grid = match (options.origin, options.cell) {
+        (Some(origin), Some(cell)) => Grid::world_aligned(origin, cell, options.grid),
+        _ => fitted(&scene, &world, options)?,
+    };
+    let gpu = open_gpu(adapter)?;
+    let voxels = headless::voxels(&gpu, &scene, &world, options.time, grid, options.solid)?;
+    let [nx, ny, nz] = voxels.cells.to_array().map(u64::from);
+    image::write_array(&options.output, &[nz, ny, nx], &voxels.marked)?;
+
+    let marked = voxels.marked.iter().filter(|v| **v != 0).count();
+    let triangles: usize = world.models.iter().map(|m| m.triangles.len()).sum();
+    let origin = grid.world_from_grid.w_axis.truncate();
+    out.line(format_args!("voxelizer  {}", scene.voxelizer.method))?;
+    out.line(format_args!("triangles  {triangles}"))?;
+    out.line(format_args!("cells      {nx} {ny} {nz}"))?;
+    out.line(format_args!("origin     {} {} {}", origin.x, origin.y, origin.z))?;
+    out.line(format_args!("cell       {}", grid.cell_size))?;
+    out.line(format_args!("{}   {marked}", if options.solid { "inside  " } else { "surface " }))?;
+    out.line(format_args!("ms         {:.3}", voxels.ms))?;
+    Ok(Outcome::Good)
+}
+
+fn assignments(options: &Voxelize) -> Vec<String> {
+    let method = options.voxelizer.as_ref().map(|name| format!("voxelizer.method=\"{name}\""));
+    let separability = options.separability.as_ref().map(|s| format!("voxelizer.separability={s}"));
+    method.into_iter().chain(separability).chain(options.sets.iter().cloned()).collect()
+}
+
+/// The grid whose cubes just hold the bodies at the chosen time, in its middle.
+fn fitted(scene: &Scene, world: &World, options: &Voxelize) -> Result<Grid, Failure> {
+    let bounds = framing::bounds_at(scene, world, options.time);
+    if bounds.is_empty() {
+        return Err(Failure::Other(format!("{}: it has no triangles to voxelize", options.model.display())));
+    }
+    Ok(grid_around(&bounds, options.grid))
+}
+
+fn grid_around(bounds: &Bounds, cells: UVec3) -> Grid {
+    let extent = bounds.max - bounds.min;
+    let side = ((extent / cells.as_dvec3()).max_element() * RIM).max(1e-9);
+    let origin = bounds.center() - cells.as_dvec3() * (side * 0.5);
+    Grid::world_aligned(origin, side, cells)
+}
