@@ -162,9 +162,10 @@ impl Frame {
         }
         if stale.compose {
             rec.stage("compose")?;
-            let (radiance, view) = (&self.radiance, request.view);
+            let (radiance, materials, view) = (&self.radiance, &triangles.materials, request.view);
             let channel = request.channel;
-            let input = compose::Input { radiance, channel, volume, surroundings, effect: &scene.effect, view };
+            let input =
+                compose::Input { radiance, channel, volume, materials, surroundings, effect: &scene.effect, view };
             self.compose.record(&mut rec, &input, &self.picture);
         }
         let times = rec.finish()?;

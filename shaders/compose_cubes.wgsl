@@ -1,0 +1,93 @@
+#include "lib/grid.inc.wgsl"
+#include "lib/record.inc.wgsl"
+#include "lib/surroundings.inc.wgsl"
+// The view grid's voxels as cubes: walks each pixel's ray from cell to cell and shows the first occupied one, coloured
+// by its record's normal, its faces shaded and its edges drawn.
+
+@group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
+@group(0) @binding(1) var<uniform> surroundings: Surroundings;
+@group(0) @binding(2) var<storage, read> occupancy: array<u32>;
+@group(0) @binding(3) var<storage, read> ranks: array<u32>;
+@group(0) @binding(4) var<storage, read> records: array<Record>;
+@group(0) @binding(5) var picture: texture_storage_2d<rgba8unorm, write>;
+
+const VIEW: u32 = 0u;
+const EMPTY: vec3f = vec3f(0.13, 0.13, 0.15);
+const UNRESOLVED: vec3f = vec3f(0.8, 0.1, 0.5);
+
+// Part of a ray where a + t·b ≥ 0.
+fn clipped(range: vec2f, a: f32, b: f32) -> vec2f {
+    if abs(b) < 1e-12 {
+        return select(vec2f(1.0, 0.0), range, a >= 0.0);
+    }
+    let t = -a / b;
+    return select(vec2f(range.x, min(range.y, t)), vec2f(max(range.x, t), range.y), b > 0.0);
+}
+
+fn cube_color(cell: vec3i, axis: u32, p: vec3f) -> vec3f {
+    let word = word_index(grids[VIEW], vec3u(cell));
+    let rank = ranks[word] + countOneBits(occupancy[word] & (word_bit(u32(cell.z)) - 1u));
+    var color = UNRESOLVED;
+    if rank < grids[VIEW].record_capacity {
+        color = 0.5 + 0.5 * unpack_unit(records[grids[VIEW].record_base + rank].normal);
+    }
+    let low = vec3f(vec2f(cell.xy), slab(grids[VIEW], f32(cell.z)));
+    let high = vec3f(vec2f(cell.xy) + 1.0, slab(grids[VIEW], f32(cell.z) + 1.0));
+    var inset = min((p - low) / (high - low), (high - p) / (high - low));
+    inset[axis] = 0.5;
+    let edge = smoothstep(0.0, 0.09, min(inset.x, min(inset.y, inset.z)));
+    let shade = select(select(0.95, 0.82, axis == 1u), 0.66, axis == 0u);
+    return color * shade * mix(0.6, 1.0, edge);
+}
+
+fn first_cube(direction: vec3f) -> vec3f {
+    // The ray in homogeneous grid space; lines stay straight.
+    let a = grids[VIEW].grid_from_world * vec4f(surroundings.eye, 1.0);
+    let b = grids[VIEW].grid_from_world * vec4f(direction, 0.0);
+    let top = vec3f(vec2f(grids[VIEW].cells.xy), slab(grids[VIEW], f32(grids[VIEW].cells.z)));
+    var range = clipped(vec2f(1e-4, 1e6), a.w - 1e-6, b.w);
+    for (var i = 0u; i < 3u; i++) {
+        range = clipped(range, a[i], b[i]);
+        range = clipped(range, top[i] * a.w - a[i], top[i] * b.w - b[i]);
+    }
+    if range.x >= range.y {
+        return EMPTY;
+    }
+    let h0 = a + range.x * b;
+    let h1 = a + range.y * b;
+    let start = h0.xyz / h0.w;
+    let along = h1.xyz / h1.w - start;
+    let last = vec3i(grids[VIEW].cells) - 1;
+    let first = vec3f(start.xy, slice_of(grids[VIEW], start.z));
+    var cell = clamp(vec3i(floor(first)), vec3i(0), last);
+    let step = select(vec3i(-1), vec3i(1), along >= vec3f(0.0));
+    // The face by which the ray comes into the grid.
+    let outside = min(start, top - start);
+    var axis = select(select(2u, 1u, outside.y <= outside.z), 0u, outside.x <= min(outside.y, outside.z));
+    var u = 0.0;
+    let most = grids[VIEW].cells.x + grids[VIEW].cells.y + grids[VIEW].cells.z;
+    for (var i = 0u; i < most; i++) {
+        if (occupancy[word_index(grids[VIEW], vec3u(cell))] & word_bit(u32(cell.z))) != 0u {
+            return cube_color(cell, axis, start + u * along);
+        }
+        let face = vec3f(vec2f(cell.xy + max(step.xy, vec2i(0))), slab(grids[VIEW], f32(cell.z + max(step.z, 0))));
+        let next = select((face - start) / along, vec3f(2.0), abs(along) < vec3f(1e-9));
+        axis = select(select(2u, 1u, next.y <= next.z), 0u, next.x <= min(next.y, next.z));
+        u = next[axis];
+        cell[axis] += step[axis];
+        if u > 1.0 || !in_grid(grids[VIEW], cell) {
+            break;
+        }
+    }
+    return EMPTY;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(picture);
+    if any(id.xy >= size) {
+        return;
+    }
+    let direction = view_direction((vec2f(id.xy) + 0.5) / vec2f(size));
+    textureStore(picture, id.xy, vec4f(first_cube(direction), 1.0));
+}
