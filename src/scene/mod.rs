@@ -3,12 +3,13 @@
 //! [`description`] is the scene as its file says it, in [`words`]; [`file`](mod@file) reads, edits and writes such files;
 //! [`gltf`] and [`shapes`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
 //! loaded; [`pose`] is its state at a time and [`bounds`] how far it then reaches; [`framing`] fits a scene to bodies of
-//! unknown size; [`material`] is what light sees of a part.
+//! unknown size; [`material`] is what light sees of a part, [`environment`] a picture around it all.
 
 pub mod bounds;
 pub mod clips;
 pub mod deform;
 pub mod description;
+pub mod environment;
 pub mod file;
 pub mod framing;
 pub mod geometry;

@@ -1,10 +1,11 @@
 //! All that a scene names, loaded.
 
-use super::description::{Bounds, Deformer, Model, Scene, Source};
+use super::description::{Background, Bounds, Deformer, Model, Scene, Source};
+pub use super::environment::EnvironmentMap;
 use super::geometry::{Geometry, Texture};
 use super::material::Material;
 pub use super::pose::Pose;
-use super::{SceneError, Warning, gltf, shapes};
+use super::{SceneError, Warning, environment, gltf, shapes};
 use glam::Mat4;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,12 +18,14 @@ pub struct World {
     pub models: Vec<Arc<Geometry>>,
     /// Parts of all models in order: the part numbers that vertices carry.
     pub parts: Vec<WorldPart>,
-    /// The environment picture, if the background names one: width, height, linear RGB.
+    /// The environment picture, if the background names one.
     pub environment: Option<Arc<EnvironmentMap>>,
     /// What was odd.
     pub warnings: Vec<Warning>,
     /// What each model was made from, models in order.
     pub origins: Vec<Origin>,
+    /// The environment's file as it was read.
+    pub environment_stamp: Option<FileStamp>,
 }
 
 /// A part of the world: the number that vertices and records carry is its index.
@@ -71,17 +74,6 @@ impl FileStamp {
     }
 }
 
-/// An equirectangular environment.
-#[derive(Debug, Clone)]
-pub struct EnvironmentMap {
-    /// Texels.
-    pub width: u32,
-    /// Texels.
-    pub height: u32,
-    /// Linear RGB, row by row from the zenith.
-    pub rgb: Vec<[f32; 3]>,
-}
-
 impl World {
     /// Loads every model and picture that the scene names. Models whose source did not change since `previous` are
     /// taken from it.
@@ -101,7 +93,31 @@ impl World {
             world.warnings.extend(origin.warnings.iter().cloned());
             world.add(&model.name, geometry, origin);
         }
+        if let Background::Environment { file, .. } = &scene.background {
+            world.load_environment(&scene.folder.join(file), previous)?;
+        }
         Ok(world)
+    }
+
+    fn load_environment(&mut self, path: &Path, previous: Option<&World>) -> Result<(), SceneError> {
+        let stamp = FileStamp::now(path.to_path_buf());
+        let known = previous.filter(|p| stamp.is_some() && p.environment_stamp == stamp);
+        self.environment = match known.and_then(|p| p.environment.clone()) {
+            Some(known) => Some(known),
+            None => Some(Arc::new(environment::read(path)?)),
+        };
+        self.environment_stamp = stamp;
+        Ok(())
+    }
+
+    /// Every file that was read: what to watch for changes.
+    #[must_use]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let stamps = self.origins.iter().flat_map(|o| &o.files).chain(&self.environment_stamp);
+        let mut files: Vec<PathBuf> = stamps.map(|s| s.path.clone()).collect();
+        files.sort();
+        files.dedup();
+        files
     }
 
     /// A world of geometry made elsewhere, one for each model of the scene.
