@@ -4,8 +4,7 @@
 
 mod fit;
 
-use crate::scene::description::{Align, Bounds, Camera, GridSettings, Light, LightKind};
-use glam::{DMat3, DMat4, DVec3, Mat4, UVec3};
+use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec3};
 
 /// The most grids in one frame: the view's, the scene's and those of the lights.
 pub const MAX_GRIDS: usize = 16;
@@ -86,26 +85,55 @@ impl Grid {
         }
     }
 
-    /// The view's grid, fitted to `bounds` and snapped so that a slow move doesn't shimmer. The text is why it is not
-    /// as `settings` ask, if it isn't.
+    /// A perspective grid: its columns meet in the eye, the origin of `world_from_eye`, a rigid frame whose z looks into
+    /// the grid. Columns fill the rectangle `tangent_min` … `tangent_max` of (x/z, y/z), slices the eye depths `near` …
+    /// `far` evenly. `cell_size` is that of a middle cell, for what must know a length.
     #[must_use]
-    pub fn for_camera(settings: &GridSettings, camera: &Camera, bounds: &Bounds) -> (Self, Option<String>) {
-        let forward = (camera.target - camera.eye).as_dvec3();
-        let frame = match settings.align {
-            Align::World => DMat3::IDENTITY,
-            Align::Camera => frame_along(forward, camera.up.as_dvec3()),
-        };
-        (fit::orthographic(frame, settings.cells, bounds), None)
+    pub fn perspective(
+        world_from_eye: DMat4,
+        tangent_min: DVec2,
+        tangent_max: DVec2,
+        near: f32,
+        far: f32,
+        cells: UVec3,
+    ) -> Self {
+        let (near_depth, far_depth) = (f64::from(near), f64::from(far));
+        let n = cells.as_dvec3();
+        let columns = n.truncate() / (tangent_max - tangent_min);
+        let depth = n.z * far_depth / (far_depth - near_depth);
+        // x = columns.x · (x_eye / z_eye − tangent_min.x), z = depth · (1 − near / z_eye), w = z_eye.
+        let grid_from_eye = DMat4::from_cols(
+            DVec4::new(columns.x, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, columns.y, 0.0, 0.0),
+            DVec4::new(-columns.x * tangent_min.x, -columns.y * tangent_min.y, depth, 1.0),
+            DVec4::new(0.0, 0.0, -depth * near_depth, 0.0),
+        );
+        let grid_from_world = grid_from_eye * world_from_eye.inverse();
+        let across = 0.5 * (near_depth + far_depth) / columns;
+        let cell_size = (across.x * across.y * (far_depth - near_depth) / n.z).cbrt();
+        #[expect(clippy::cast_possible_truncation, reason = "shaders work in f32")]
+        let cell_size = cell_size as f32;
+        Self {
+            grid_from_world: grid_from_world.as_mat4(),
+            world_from_grid: (world_from_eye * grid_from_eye.inverse()).as_mat4(),
+            projection: PERSPECTIVE,
+            cell_size,
+            near,
+            far,
+            ..Self::orthographic(DMat4::IDENTITY, 1.0, cells)
+        }
     }
 
-    /// A light's grids: one, or six where a point light is surrounded by `bounds`.
+    /// Grid-space position of a world point; nothing to go by where a perspective grid's eye depth is not positive.
     #[must_use]
-    pub fn for_light(settings: &GridSettings, light: &Light, bounds: &Bounds) -> Vec<Self> {
-        let direction = match light.kind {
-            LightKind::Directional { direction } | LightKind::Spot { direction, .. } => direction.as_dvec3(),
-            LightKind::Point { position } => bounds.center() - position.as_dvec3(),
-        };
-        vec![fit::orthographic(frame_along(direction, DVec3::Y), settings.cells, bounds)]
+    pub fn grid_point(&self, p_world: DVec3) -> DVec3 {
+        self.grid_from_world.as_dmat4().project_point3(p_world)
+    }
+
+    /// World position of a grid-space point.
+    #[must_use]
+    pub fn world_point(&self, p_grid: DVec3) -> DVec3 {
+        self.world_from_grid.as_dmat4().project_point3(p_grid)
     }
 
     /// Grid-space z of the boundary below slice `k`; `slab(cells.z)` is the far end.
@@ -136,19 +164,21 @@ impl Grid {
         ((y * self.cells.x + x) * self.words_per_column + (z >> 5)) as usize
     }
 
+    /// One byte a cell, 1 where its bit is set, in the order [z][y][x], from the grid's own words.
+    #[must_use]
+    pub fn cell_bytes(&self, words: &[u32]) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.cells.element_product() as usize);
+        for z in 0..self.cells.z {
+            for y in 0..self.cells.y {
+                bytes.extend((0..self.cells.x).map(|x| u8::from(words[self.word_of([x, y, z])] >> (z & 31) & 1 == 1)));
+            }
+        }
+        bytes
+    }
+
     /// Words of the whole grid.
     #[must_use]
     pub fn word_count(&self) -> u32 {
         self.cells.x * self.cells.y * self.words_per_column
     }
-}
-
-/// `world_from_frame` of a frame whose z runs along `forward` and whose y points against `up` as far as it can.
-fn frame_along(forward: DVec3, up: DVec3) -> DMat3 {
-    let z = forward.try_normalize().unwrap_or(DVec3::NEG_Z);
-    let x = [up, DVec3::Y, DVec3::Z, DVec3::X]
-        .into_iter()
-        .find_map(|up| up.try_normalize().map(|up| z.cross(up)).filter(|x| x.length() > 1e-3))
-        .map_or(DVec3::X, DVec3::normalize);
-    DMat3::from_cols(x, z.cross(x), z)
 }

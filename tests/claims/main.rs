@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "test names say it")]
 
 mod assets;
+mod grids;
 mod layering;
 mod layouts;
 mod models;

@@ -7,8 +7,10 @@ use crate::gpu;
 use glam::{DMat3, DMat4, DVec3, UVec3, Vec3};
 use murrine::animate::{Triangles, Vertex};
 use murrine::gpu::{Recorder, Timing, buffer};
-use murrine::grid::Grid;
-use murrine::scene::description::{Separability, Shape, VoxelizerSettings};
+use murrine::grid::{Grid, PERSPECTIVE};
+use murrine::scene::description::{
+    Align, Bounds, Camera, Cells, GridSettings, Light, LightKind, Projection, Separability, Shape, VoxelizerSettings,
+};
 use murrine::scene::material::PartMaterial;
 use murrine::scene::shapes::shape;
 use murrine::volume::Volume;
@@ -171,6 +173,23 @@ fn turned(cells: UVec3) -> Grid {
     Grid::orthographic(world_from_grid, cell_size, cells)
 }
 
+/// A perspective grid about the same box, seen from a corner.
+fn in_perspective(cells: UVec3) -> Grid {
+    let settings =
+        GridSettings { cells: Cells::Each(cells), align: Align::Camera, projection: Projection::Perspective };
+    let camera = Camera { eye: Vec3::new(2.5, 1.9, 2.2), target: Vec3::ZERO, ..Camera::default() };
+    let (grid, warning) = Grid::for_camera(&settings, &camera, &Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE });
+    assert_eq!((grid.projection, warning), (PERSPECTIVE, None));
+    grid
+}
+
+/// The first of six grids of a point light amid the body: triangles reach beside and behind it.
+fn from_within(cells: UVec3) -> Grid {
+    let settings = GridSettings { cells: Cells::Each(cells), ..GridSettings::default() };
+    let light = Light { kind: LightKind::Point { position: Vec3::new(0.1, 0.05, -0.03) }, ..Light::default() };
+    Grid::for_light(&settings, &light, &Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE })[0]
+}
+
 #[test]
 fn a_needle_marks_its_column_and_a_triangle_its_cells_and_those_it_touches() {
     let grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(64));
@@ -209,6 +228,22 @@ fn exact_methods_equal_the_truth_on_needles_segments_and_points() {
 #[test]
 fn exact_methods_equal_the_truth_on_triangles_larger_than_the_grid() {
     assert_all_exact("huge", turned(UVec3::splat(64)), &huge());
+}
+
+#[test]
+fn exact_methods_equal_the_truth_in_perspective() {
+    let grid = in_perspective(UVec3::new(64, 50, 90));
+    assert_all_exact("torus", grid, &torus());
+    assert_all_exact("soup", grid, &soup(300));
+    assert_all_exact("needles", grid, &needles());
+}
+
+#[test]
+fn exact_methods_equal_the_truth_around_a_light_amid_the_body() {
+    let grid = from_within(UVec3::new(64, 50, 90));
+    assert_all_exact("sphere", grid, &sphere());
+    assert_all_exact("soup", grid, &soup(300));
+    assert_all_exact("huge", grid, &huge());
 }
 
 #[test]

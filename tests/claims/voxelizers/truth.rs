@@ -102,7 +102,8 @@ fn reached(grid: &Grid, words: &[u32], neighbours: &[[i32; 3]]) -> Vec<bool> {
     let mut stack = vec![[0; 3]];
     while let Some(cell) = stack.pop() {
         let inside = (0..3).all(|a| (0..n[a]).contains(&cell[a]));
-        if !inside || seen[index(cell)] || words[grid.word_of(cell.map(|c| c as u32))] >> (cell[2] & 31) & 1 == 1 {
+        if !inside || seen[index(cell)] || words[grid.word_of(cell.map(i32::cast_unsigned))] >> (cell[2] & 31) & 1 == 1
+        {
             continue;
         }
         seen[index(cell)] = true;
