@@ -17,7 +17,7 @@ pub(crate) fn make() -> Vec<u8> {
     let sphere = Mesh::icosphere(5);
     let rest = shaped(&sphere, resting);
     let mut glb = Glb::default();
-    let glass = glb.glass(&Glass { name: "glass", ior: 1.45, color: [0.30, 0.80, 0.72], distance: 0.8 });
+    let glass = glb.glass(&Glass { name: "glass", ior: 1.45, color: [0.30, 0.80, 0.72], distance: 1.5 });
     let mut primitive = glb.primitive(&rest, glass, None);
     let targets: Vec<_> = TARGETS
         .iter()

@@ -5,7 +5,11 @@
 
 use super::mesh::{Mesh, index};
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
+
+/// A field, callable from every core.
+pub(crate) type Field<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
 
 /// Union of two fields with a fillet about `k` wide; twice continuously differentiable.
 pub(crate) fn union(a: f64, b: f64, k: f64) -> f64 {
@@ -159,7 +163,7 @@ pub(crate) fn sheet(outline: &Outline, p: DVec2, across: f64, half_thickness: f6
 }
 
 /// The outward gradient by central differences.
-pub(crate) fn gradient(field: &dyn Fn(DVec3) -> f64, p: DVec3) -> DVec3 {
+pub(crate) fn gradient(field: Field<'_>, p: DVec3) -> DVec3 {
     const STEP: f64 = 1e-4;
     let slope = |axis: DVec3| field(p + axis * STEP) - field(p - axis * STEP);
     DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z)) / (2.0 * STEP)
@@ -169,18 +173,11 @@ pub(crate) fn gradient(field: &dyn Fn(DVec3) -> f64, p: DVec3) -> DVec3 {
 ///
 /// Surface nets: a vertex for each sheet of surface that crosses a cell, a quad for each crossed edge; then the vertices
 /// are spread evenly and drawn onto the surface, which must keep clear of the box's walls.
-pub(crate) fn polygonize(field: &dyn Fn(DVec3) -> f64, min: DVec3, max: DVec3, cell: f64) -> Mesh {
+pub(crate) fn polygonize(field: Field<'_>, min: DVec3, max: DVec3, cell: f64) -> Mesh {
     let size = ((max - min) / cell).ceil().as_uvec3();
     let corner = |x: u32, y: u32, z: u32| min + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * cell;
     let number = |x: u32, y: u32, z: u32| ((z * (size.y + 1) + y) * (size.x + 1) + x) as usize;
-    let mut values = Vec::with_capacity(number(0, 0, size.z + 1));
-    for z in 0..=size.z {
-        for y in 0..=size.y {
-            for x in 0..=size.x {
-                values.push(field(corner(x, y, z)));
-            }
-        }
-    }
+    let values = sample(field, min, cell, size);
     let value = |x: u32, y: u32, z: u32| values[number(x, y, z)];
 
     let mut positions = Vec::new();
@@ -236,8 +233,33 @@ pub(crate) fn polygonize(field: &dyn Fn(DVec3) -> f64, min: DVec3, max: DVec3, c
     }
 
     settle(field, &mut positions, &triangles, cell);
-    let normals = positions.iter().map(|&p| gradient(field, p).normalize()).collect();
+    let normals = positions.par_iter().map(|&p| gradient(field, p).normalize()).collect();
     Mesh { positions, normals, triangles }
+}
+
+/// The field at every corner of the cells, x fastest. Where the middle of a block is far from the surface its value
+/// stands for the block.
+fn sample(field: Field<'_>, min: DVec3, cell: f64, size: glam::UVec3) -> Vec<f64> {
+    const BLOCK: u32 = 6;
+    let at = |x: u32, y: u32, z: u32| min + DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * cell;
+    let reach = cell * f64::from(BLOCK) * 1.5;
+    let counts = size / BLOCK + 1;
+    let blocks: Vec<f64> = (0..counts.x * counts.y * counts.z)
+        .into_par_iter()
+        .map(|i| {
+            let block = glam::UVec3::new(i % counts.x, i / counts.x % counts.y, i / counts.x / counts.y) * BLOCK;
+            field(at(block.x, block.y, block.z) + DVec3::splat(0.5 * cell * f64::from(BLOCK - 1)))
+        })
+        .collect();
+    let corners = size + 1;
+    (0..corners.x * corners.y * corners.z)
+        .into_par_iter()
+        .map(|i| {
+            let (x, y, z) = (i % corners.x, i / corners.x % corners.y, i / corners.x / corners.y);
+            let block = ((z / BLOCK * counts.y + y / BLOCK) * counts.x + x / BLOCK) as usize;
+            if blocks[block].abs() > reach { blocks[block] } else { field(at(x, y, z)) }
+        })
+        .collect()
 }
 
 /// One axis of a cell's corner; corners are numbered x + 2y + 4z.
@@ -300,7 +322,7 @@ fn sheets_in_cell(corners: &[f64; 8]) -> Vec<(Vec<Edge>, DVec3)> {
 }
 
 /// Spreads vertices evenly along the surface and draws them onto it.
-fn settle(field: &dyn Fn(DVec3) -> f64, positions: &mut [DVec3], triangles: &[[u32; 3]], cell: f64) {
+fn settle(field: Field<'_>, positions: &mut [DVec3], triangles: &[[u32; 3]], cell: f64) {
     const ROUNDS: u32 = 8;
     let mut neighbours = vec![Vec::new(); positions.len()];
     for t in triangles {
@@ -310,7 +332,7 @@ fn settle(field: &dyn Fn(DVec3) -> f64, positions: &mut [DVec3], triangles: &[[u
     }
     for round in 0..=ROUNDS {
         let old = positions.to_vec();
-        for (i, position) in positions.iter_mut().enumerate() {
+        positions.par_iter_mut().enumerate().for_each(|(i, position)| {
             let slope = gradient(field, *position);
             let normal = slope.normalize();
             if round < ROUNDS {
@@ -323,6 +345,6 @@ fn settle(field: &dyn Fn(DVec3) -> f64, positions: &mut [DVec3], triangles: &[[u
                 let step = slope * (field(*position) / slope.length_squared().max(1e-6));
                 *position -= step.clamp_length_max(cell * 0.5);
             }
-        }
+        });
     }
 }

@@ -20,7 +20,7 @@ const EYE: DVec3 = DVec3::new(0.70, 0.055, 0.158);
 
 pub(crate) fn make() -> Vec<u8> {
     let shape = Shape::new();
-    let body = polygonize(&|p| shape.field(p), DVec3::new(-1.72, -0.85, -0.66), DVec3::new(1.1, 0.85, 0.66), 0.0155);
+    let body = polygonize(&|p| shape.field(p), DVec3::new(-1.85, -0.80, -0.80), DVec3::new(1.1, 0.85, 0.80), 0.0195);
     let bindings: Bindings = body.positions.iter().map(|&p| shape.binding(p)).collect();
     let eyes = eyes();
     let eye_bindings: Bindings = eyes.positions.iter().map(|_| spine_binding(EYE.x, None)).collect();
@@ -72,7 +72,7 @@ impl FinFrame {
 
 /// The fin of the side that z > 0.
 fn pectoral_frame() -> FinFrame {
-    FinFrame::new(DVec3::new(0.40, -0.13, 0.17), DVec3::new(-0.42, -0.34, 0.62), DVec3::new(-1.0, 0.10, -0.2))
+    FinFrame::new(DVec3::new(0.42, -0.14, 0.17), DVec3::new(-0.52, -0.30, 0.64), DVec3::new(-1.0, 0.10, -0.2))
 }
 
 fn pelvic_frame() -> FinFrame {
@@ -96,36 +96,48 @@ impl Shape {
                 (1.0, -0.02),
             ])),
             slimness: Spline::new(&[(-0.9, 0.55), (-0.55, 0.52), (0.0, 0.60), (0.45, 0.70), (0.8, 0.80), (1.0, 0.85)]),
-            middle: Spline::new(&[(-0.9, 0.045), (-0.5, 0.03), (0.0, 0.0), (0.4, -0.005), (0.8, -0.02), (1.0, -0.045)]),
+            middle: Spline::new(&[
+                (-0.9, 0.045),
+                (-0.5, 0.03),
+                (0.0, 0.0),
+                (0.4, -0.015),
+                (0.8, -0.025),
+                (1.0, -0.045),
+            ]),
             tail: Outline::through(&[
-                (-0.62, 0.075),
-                (-0.86, 0.20),
-                (-1.16, 0.47),
-                (-1.44, 0.655),
-                (-1.56, 0.655),
-                (-1.50, 0.50),
-                (-1.32, 0.25),
-                (-1.20, 0.05),
-                (-1.28, -0.16),
-                (-1.42, -0.37),
-                (-1.46, -0.50),
-                (-1.36, -0.515),
-                (-1.10, -0.365),
-                (-0.84, -0.135),
-                (-0.62, -0.03),
+                (-0.60, 0.080),
+                (-0.84, 0.185),
+                (-1.10, 0.42),
+                (-1.38, 0.655),
+                (-1.62, 0.765),
+                (-1.73, 0.74),
+                (-1.70, 0.60),
+                (-1.57, 0.38),
+                (-1.40, 0.17),
+                (-1.31, 0.02),
+                (-1.37, -0.125),
+                (-1.52, -0.31),
+                (-1.62, -0.49),
+                (-1.61, -0.60),
+                (-1.50, -0.62),
+                (-1.28, -0.53),
+                (-1.04, -0.345),
+                (-0.82, -0.125),
+                (-0.60, -0.03),
             ]),
             dorsal: Outline::through(&[
-                (0.40, 0.20),
-                (0.34, 0.34),
-                (0.20, 0.49),
-                (0.02, 0.595),
-                (-0.13, 0.625),
-                (-0.17, 0.565),
-                (-0.16, 0.46),
-                (-0.27, 0.375),
-                (-0.40, 0.32),
-                (-0.43, 0.25),
-                (-0.38, 0.12),
+                (0.44, 0.20),
+                (0.37, 0.35),
+                (0.23, 0.50),
+                (0.04, 0.61),
+                (-0.17, 0.67),
+                (-0.34, 0.675),
+                (-0.375, 0.62),
+                (-0.32, 0.50),
+                (-0.30, 0.39),
+                (-0.35, 0.29),
+                (-0.42, 0.20),
+                (-0.38, 0.10),
                 (0.0, 0.12),
             ]),
             anal: Outline::through(&[
@@ -140,15 +152,16 @@ impl Shape {
                 (-0.30, 0.0),
             ]),
             pectoral: Outline::through(&[
-                (-0.10, -0.07),
-                (0.10, -0.085),
-                (0.32, -0.085),
-                (0.50, -0.04),
-                (0.585, 0.05),
-                (0.56, 0.125),
-                (0.43, 0.17),
-                (0.25, 0.165),
-                (0.08, 0.09),
+                (-0.10, -0.06),
+                (0.10, -0.075),
+                (0.34, -0.085),
+                (0.56, -0.045),
+                (0.70, 0.055),
+                (0.725, 0.135),
+                (0.66, 0.175),
+                (0.50, 0.205),
+                (0.28, 0.195),
+                (0.08, 0.10),
                 (-0.10, 0.05),
             ]),
             pelvic: Outline::through(&[
@@ -226,11 +239,16 @@ impl Shape {
         let frame = pectoral_frame();
         let local = frame.local(DVec3::new(p.x, p.y, p.z.abs()));
         let near = 1.0 - smooth_step(0.03, 0.16, self.pectoral.box_distance(DVec2::new(local.x, local.y)));
-        let flat = 1.0 - smooth_step(0.08, 0.16, local.z.abs());
+        let flat = 1.0 - smooth_step(0.08, 0.16, (local.z - sheet_bend(local.x)).abs());
         let fin = smooth_step(0.0, 0.22, local.x) * near * flat;
         let joint = if p.z > 0.0 { SPINE_JOINTS } else { SPINE_JOINTS + 1 };
         spine_binding(p.x, (fin > 0.0).then_some((joint, fin)))
     }
+}
+
+/// How far a paired fin's sheet leaves its plane, `reach` from its root.
+fn sheet_bend(reach: f64) -> f64 {
+    0.30 * reach.max(0.0) * reach.max(0.0)
 }
 
 /// A fin on each side, its sheet bent a little backwards towards the tip.
@@ -241,17 +259,16 @@ fn paired_fin(outline: &Outline, frame: &FinFrame, p: DVec3, half_thickness: f64
     let angle = libm::atan2(local.y - 0.02, local.x + 0.22);
     let ribs = 1.0 + 0.26 * smooth_step(0.06, 0.25, reach) * libm::cos(angle * 26.0);
     let half = half_thickness * (1.0 - 0.30 * smooth_step(0.1, 0.5, reach)) * ribs;
-    let bend = 0.30 * reach * reach;
-    sheet(outline, q, local.z - bend, half)
+    sheet(outline, q, local.z - sheet_bend(reach), half)
 }
 
 /// Two beads, set into the head.
 fn eyes() -> Mesh {
-    let bead = Mesh::icosphere(3);
+    let bead = Mesh::icosphere(2);
     let mut eyes = Mesh::default();
     for side in [1.0, -1.0] {
         let center = EYE * DVec3::new(1.0, 1.0, side);
-        eyes.add(&bead, DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(0.034)));
+        eyes.add(&bead, DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(0.038)));
     }
     eyes
 }

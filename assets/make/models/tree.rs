@@ -15,14 +15,14 @@ pub(crate) fn make() -> Vec<u8> {
     let trunk = Branch { from: DVec3::ZERO, to: DVec3::new(0.04, 0.78, 0.02), thick: 0.105, thin: 0.072 };
     branches.push(trunk);
     grow(&trunk, 0, &mut dice, &mut branches, &mut twigs);
-    let wood = polygonize(&|p| wood(&branches, p), DVec3::new(-1.3, -0.06, -1.3), DVec3::new(1.3, 2.5, 1.3), 0.024);
+    let wood = polygonize(&|p| wood(&branches, p), DVec3::new(-1.3, -0.06, -1.3), DVec3::new(1.3, 2.5, 1.3), 0.0235);
 
     let leaf = leaf();
     let mut leaves = Mesh::default();
     for twig in &twigs {
-        for _ in 0..3 {
+        for _ in 0..5 {
             let along = twig.to.lerp(twig.from, dice.between(-0.15, 0.75));
-            let outward = (twig.to - twig.from).normalize() + dice.direction() * 0.9 + DVec3::Y * 0.15;
+            let outward = (twig.to - twig.from).normalize() + dice.direction() * 0.9 + DVec3::Y * 0.1;
             let x = outward.normalize();
             let (side, other) = x.any_orthonormal_pair();
             let roll = dice.between(0.0, std::f64::consts::TAU);
@@ -67,11 +67,11 @@ fn grow(parent: &Branch, depth: u32, dice: &mut Dice, branches: &mut Vec<Branch>
     for child in 0..children {
         let around =
             std::f64::consts::TAU * (start + (f64::from(child) + dice.between(-0.12, 0.12)) / f64::from(children));
-        let spread = if child == 0 && depth > 0 { dice.between(0.15, 0.35) } else { dice.between(0.62, 0.95) };
+        let spread = if child == 0 && depth > 0 { dice.between(0.15, 0.35) } else { dice.between(0.70, 1.15) };
         let aside = side * libm::cos(around) + other * libm::sin(around);
         let direction = (along + aside * spread + DVec3::Y * 0.12).normalize();
-        let length = [0.52, 0.40, 0.29, 0.20][depth as usize] * dice.between(0.85, 1.15);
-        let thin = (parent.thin * 0.66).max(0.026);
+        let length = [0.50, 0.38, 0.28, 0.20][depth as usize] * dice.between(0.85, 1.15);
+        let thin = (parent.thin * 0.62).max(0.025);
         let branch = Branch { from: parent.to, to: parent.to + direction * length, thick: parent.thin * 0.85, thin };
         branches.push(branch);
         grow(&branch, depth + 1, dice, branches, twigs);
@@ -97,12 +97,12 @@ fn wood(branches: &[Branch], p: DVec3) -> f64 {
     -union(-(f - flare), -cut, 0.02)
 }
 
-/// A leaf along +x, 0.17 long: two domes over one pointed outline, bent along its middle.
+/// A leaf along +x, 0.26 long: two domes over one pointed outline, bent along its middle.
 fn leaf() -> Mesh {
     const ALONG: u32 = 6;
-    const LENGTH: f64 = 0.17;
-    let half_width = |t: f64| 0.048 * libm::sin(std::f64::consts::PI * libm::pow(t, 0.8));
-    let bend = |x: f64, z: f64| DVec3::new(x, -0.9 * x * x + 2.2 * z * z, z);
+    const LENGTH: f64 = 0.26;
+    let half_width = |t: f64| 0.070 * libm::sin(std::f64::consts::PI * libm::pow(t, 0.8));
+    let bend = |x: f64, z: f64| DVec3::new(x, -0.8 * x * x + 1.2 * z * z, z);
     let mut leaf = Mesh::default();
     let base = 0_u32;
     leaf.positions.push(bend(0.0, 0.0));
