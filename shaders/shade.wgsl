@@ -92,19 +92,44 @@ fn triangle_radiance(triangle: u32, p: vec3f, direction: vec3f) -> vec3f {
     return shade_surface(p, n, direction, base_color, materials[part].roughness, emissive);
 }
 
-fn end_radiance(end: End, origin: vec3f, direction: vec3f) -> vec3f {
+// The way of a pixel's path behind its last bend.
+struct Way {
+    place: vec3f,
+    direction: vec3f,
+}
+
+fn way_of(pixel: vec2u, eye: vec3f) -> Way {
+    if textureLoad(first_triangle, pixel, 0).x == 0u {
+        return Way(eye, view_direction(picture_from_pixel(pixel, settings.size)));
+    }
+    return Way(textureLoad(path_place, pixel, 0).xyz, unpack_direction(textureLoad(path_way, pixel, 0).xy));
+}
+
+// What pixel `pixel` covers of a plane at `p`: by where its neighbours' rays go if the path was `bent`.
+fn footprint_at(plane: u32, p: vec3f, pixel: vec2u, eye: vec3f, bent: bool) -> Footprint {
+    if !bent || surroundings.planes[plane].checker_squares <= 0.0 {
+        return footprint_from_eye(plane, p);
+    }
+    let last = settings.size - 1u;
+    let beside = way_of(vec2u(min(pixel.x ^ 1u, last.x), pixel.y), eye);
+    let below = way_of(vec2u(pixel.x, min(pixel.y ^ 1u, last.y)), eye);
+    return Footprint(footprint_step(plane, p, beside.place, beside.direction),
+                     footprint_step(plane, p, below.place, below.direction));
+}
+
+fn end_radiance(end: End, origin: vec3f, direction: vec3f, pixel: vec2u, bent: bool) -> vec3f {
     let p = origin + end.t * direction;
     if end.triangle != NO_TRIANGLE {
         return triangle_radiance(end.triangle, p, direction);
     }
     if end.plane != NO_PLANE {
-        return shade_plane(end.plane, p, direction);
+        return shade_plane(end.plane, p, direction, footprint_at(end.plane, p, pixel, surroundings.eye, bent));
     }
     return background_from(origin, direction);
 }
 
 // What the first surface mirrors, already weighted.
-fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f) -> vec3f {
+fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f, pixel: vec2u) -> vec3f {
     let part = path.first_part - 1u;
     let n = facing(path.first_normal, direction);
     let p = eye + path.first_t * direction;
@@ -114,7 +139,7 @@ fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f) -> vec3f {
     let reflectance = select(bend.reflectance, 2.0 * bend.reflectance / (1.0 + bend.reflectance), thin);
     let way = reflect(direction, n);
     let plane = nearest_plane(p, way, 1e30);
-    let seen = end_radiance(End(plane.t, NO_TRIANGLE, plane.plane), p, way);
+    let seen = end_radiance(End(plane.t, NO_TRIANGLE, plane.plane), p, way, pixel, false);
     return reflectance * seen + specular_highlights(p, n, direction, materials[part].roughness);
 }
 
@@ -136,10 +161,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         end = opaque_ahead(path.place, path.direction);
     }
     let transmittance = exp(-path.optical_depth);
-    var seen = end_radiance(end, path.place, path.direction) * transmittance * path.throughput;
+    let bent = path.first_part != 0u;
+    var seen = end_radiance(end, path.place, path.direction, id.xy, bent) * transmittance * path.throughput;
     let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
     if settings.reflect != 0u && is_glass && dot(path.first_normal, view) < 0.0 {
-        seen += mirrored_radiance(path, eye, view);
+        seen += mirrored_radiance(path, eye, view, id.xy);
     }
     textureStore(radiance, id.xy, vec4f(seen, select(1.0, 0.0, path.questionable)));
     textureStore(channel, id.xy, channel_value(path, transmittance));

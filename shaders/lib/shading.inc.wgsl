@@ -92,16 +92,15 @@ fn background_irradiance(n: vec3f) -> vec3f {
 
 // ---- planes
 
-// Colour of plane number `plane` at world point `p`: a checkerboard whose squares blend where a pixel holds several.
-fn plane_base_color(plane: u32, p: vec3f) -> vec3f {
-    let base = materials[surroundings.planes[plane].part].base_color;
-    let squares = surroundings.planes[plane].checker_squares;
-    if squares <= 0.0 {
-        return base;
-    }
-    let local_from_world = surroundings.planes[plane].local_from_world;
-    let at = (local_from_world * vec4f(p, 1.0)).xz * squares;
-    // The pixel's footprint: two steps across the ray, slid along it into the plane.
+// Where a pixel's footprint ends on a plane, from its middle: along its row and along its column, world units.
+struct Footprint {
+    row: vec3f,
+    column: vec3f,
+}
+
+// A pixel's footprint at `p` of plane number `plane`, seen straight from the eye: two steps across the ray, slid along
+// it into the plane.
+fn footprint_from_eye(plane: u32, p: vec3f) -> Footprint {
     let from_eye = p - surroundings.eye;
     let distance = max(length(from_eye), 1e-6);
     let along = from_eye / distance;
@@ -111,11 +110,29 @@ fn plane_base_color(plane: u32, p: vec3f) -> vec3f {
     let aside = normalize(cross(along, select(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), abs(along.y) > 0.9)));
     let second = cross(along, aside);
     let size = distance * surroundings.pixel_angle;
-    let step_a = size * (aside - along * (dot(aside, n) / slant));
-    let step_b = size * (second - along * (dot(second, n) / slant));
-    let width_a = abs((local_from_world * vec4f(step_a, 0.0)).xz);
-    let width_b = abs((local_from_world * vec4f(step_b, 0.0)).xz);
-    let share = checker_share(at, (width_a + width_b) * squares);
+    return Footprint(size * (aside - along * (dot(aside, n) / slant)), size * (second - along * (dot(second, n) / slant)));
+}
+
+// The step from `p` on plane number `plane` to where a neighbouring pixel's ray meets that plane; far off where it
+// misses.
+fn footprint_step(plane: u32, p: vec3f, origin: vec3f, direction: vec3f) -> vec3f {
+    let n = surroundings.planes[plane].normal;
+    let t = dot(p - origin, n) / dot(direction, n);
+    return select(vec3f(1e4), origin + t * direction - p, t > 0.0 && t < 1e6);
+}
+
+// Colour of plane number `plane` at world point `p`: a checkerboard whose squares blend where a pixel holds several.
+fn plane_base_color(plane: u32, p: vec3f, footprint: Footprint) -> vec3f {
+    let base = materials[surroundings.planes[plane].part].base_color;
+    let squares = surroundings.planes[plane].checker_squares;
+    if squares <= 0.0 {
+        return base;
+    }
+    let local_from_world = surroundings.planes[plane].local_from_world;
+    let at = (local_from_world * vec4f(p, 1.0)).xz * squares;
+    let width_row = abs((local_from_world * vec4f(footprint.row, 0.0)).xz);
+    let width_column = abs((local_from_world * vec4f(footprint.column, 0.0)).xz);
+    let share = checker_share(at, (width_row + width_column) * squares);
     return mix(surroundings.planes[plane].checker_color, base, share);
 }
 
@@ -217,10 +234,10 @@ fn shade_surface(p: vec3f, n: vec3f, view_dir: vec3f, base_color: vec3f, roughne
 
 // Radiance of plane number `plane` at `p`, met by a ray along `view_dir`. Towards the edge of a large floor seen at a
 // low angle it melts into the background, as haze does to a horizon.
-fn shade_plane(plane: u32, p: vec3f, view_dir: vec3f) -> vec3f {
+fn shade_plane(plane: u32, p: vec3f, view_dir: vec3f, footprint: Footprint) -> vec3f {
     let part = surroundings.planes[plane].part;
     let n = surroundings.planes[plane].normal;
-    let color = plane_base_color(plane, p);
+    let color = plane_base_color(plane, p, footprint);
     let surface = materials[part].emissive + shade(p, n, vec3f(0.0), view_dir, color, materials[part].roughness);
     let low = smoothstep(0.16, 0.04, abs(dot(n, view_dir)));
     let at = (surroundings.planes[plane].local_from_world * vec4f(p, 1.0)).xz;

@@ -41,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let hit = nearest_plane(q.origin, q.direction, 1e9);
             answer = vec4f(hit.t, f32(i32(hit.plane)), 0.0, 0.0);
         }
-        case 3u: { answer = vec4f(plane_base_color(q.index, q.origin), 0.0); }
+        case 3u: { answer = vec4f(plane_base_color(q.index, q.origin, footprint_from_eye(q.index, q.origin)), 0.0); }
         case 4u: { answer = vec4f(shade_surface(q.origin, vec3f(0.0, 1.0, 0.0), q.direction, vec3f(0.5), 0.0, vec3f(0.0)), 0.0); }
         case 5u: { answer = vec4f(light_arriving(q.index, q.origin).irradiance, 0.0); }
         case 6u: { answer = vec4f(specular_highlights(q.origin, vec3f(0.0, 1.0, 0.0), q.direction, 0.0), 0.0); }
