@@ -3,15 +3,18 @@
 
 mod arguments;
 mod doctor;
+mod golden;
 mod list;
 mod output;
 mod render;
 mod voxels;
 
+use crate::bench::{self, BenchError};
+use crate::golden::GoldenError;
 use crate::gpu::{Gpu, GpuError};
+use crate::headless;
 use crate::image::ImageError;
 use crate::scene::{SceneError, Warning};
-use crate::{golden, headless};
 use arguments::{Arguments, Command};
 use clap::Parser as _;
 use output::{Output, tell};
@@ -36,7 +39,9 @@ enum Failure {
     #[error("{0}")]
     Image(#[from] ImageError),
     #[error("{0}")]
-    Golden(#[from] golden::GoldenError),
+    Golden(#[from] GoldenError),
+    #[error("{0}")]
+    Bench(#[from] BenchError),
     #[error("{0}")]
     Other(String),
     /// Whoever read our output has gone: no fault of anyone.
@@ -76,6 +81,8 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Some(Command::List(options)) => list::run(&options, &mut out),
         Some(Command::Check { scenes }) => check(&scenes, &mut out),
         Some(Command::Doctor) => doctor::run(adapter, &mut out),
+        Some(Command::Bench(options)) => time(&options, adapter, &mut out),
+        Some(Command::Golden(options)) => golden::run(&options, adapter, &mut out),
     }
 }
 
@@ -101,6 +108,22 @@ fn check(scenes: &[PathBuf], out: &mut Output) -> Result<Outcome, Failure> {
         }
     }
     Ok(outcome)
+}
+
+/// Times our own cases, and the given scenes after them.
+fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Output) -> Result<Outcome, Failure> {
+    let mut more = Vec::new();
+    for path in &options.scenes {
+        let (scene, _, warnings) = headless::open(path, &[])?;
+        tell_warnings(&warnings);
+        more.push(bench::of_scene(path.display().to_string(), scene));
+    }
+    let what = bench::Options { iterations: options.iterations, filter: options.only.clone(), more };
+    let report = bench::run(&open_gpu(adapter)?, &what, |group| tell(format_args!("timing: {group}")))?;
+    let json = || serde_json::to_string_pretty(&report).map_err(|e| Failure::Other(e.to_string()));
+    let text = if options.json { json()? } else { report.table() };
+    out.line(format_args!("{}", text.trim_end()))?;
+    Ok(Outcome::Good)
 }
 
 fn tell_warnings(warnings: &[Warning]) {

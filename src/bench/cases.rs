@@ -92,6 +92,12 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
+/// A scene of the user's, as it is, at 512².
+#[must_use]
+pub fn of_scene(name: String, scene: Scene) -> Case {
+    Case { name, group: "given scenes", scene, size: UVec2::splat(512), counts: FRAME, target_ms: None }
+}
+
 fn scene(models: Vec<Model>, cells: u32) -> Scene {
     let mut scene = Scene { models, lights: vec![Light::default()], ..Scene::default() };
     scene.grid.cells = Cells::Longest(cells);

@@ -6,7 +6,7 @@
 mod cases;
 mod report;
 
-pub use cases::{Case, cases};
+pub use cases::{Case, cases, of_scene};
 pub use report::{Report, Row, Spread};
 
 use crate::frame::{Frame, Request};
@@ -33,11 +33,13 @@ pub struct Options {
     pub iterations: u32,
     /// Only cases whose name contains this.
     pub filter: Option<String>,
+    /// Timed after our own cases.
+    pub more: Vec<Case>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { iterations: 15, filter: None }
+        Self { iterations: 15, filter: None, more: Vec::new() }
     }
 }
 
@@ -61,7 +63,7 @@ struct Running {
 pub fn run(gpu: &Gpu, options: &Options, mut progress: impl FnMut(&str)) -> Result<Report, BenchError> {
     let wanted = |case: &Case| options.filter.as_ref().is_none_or(|f| case.name.contains(f.as_str()));
     let mut rows = Vec::new();
-    let mut cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
+    let mut cases: Vec<Case> = cases().into_iter().chain(options.more.iter().cloned()).filter(wanted).collect();
     while let Some(group) = cases.first().map(|c| c.group) {
         let (now, later) = cases.into_iter().partition(|c| c.group == group);
         cases = later;

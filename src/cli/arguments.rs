@@ -57,6 +57,50 @@ pub(super) enum Command {
     },
     /// Say what this machine's adapter and driver are, and what will and won't work
     Doctor,
+    /// Time the stages: milliseconds as medians with their spread, and the volume's memory
+    Bench(Bench),
+    /// Golden frames: pictures that must be made again as they are in screenshots/
+    Golden(Golden),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Bench {
+    /// Scenes or models to time beside our own cases
+    pub(super) scenes: Vec<PathBuf>,
+    /// Write JSON instead of a table
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Timed iterations of each case
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(3..=1000))]
+    pub(super) iterations: u32,
+    /// Only the cases whose name contains this text
+    #[arg(long, value_name = "TEXT")]
+    pub(super) only: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Golden {
+    #[command(subcommand)]
+    pub(super) work: GoldenWork,
+    /// The folder of the golden frames
+    #[arg(long, default_value = "screenshots", global = true)]
+    pub(super) folder: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum GoldenWork {
+    /// Render each and compare; exit code 1 when one differs or is missing
+    Run {
+        /// Which; all if left out
+        names: Vec<String>,
+    },
+    /// Render each and keep it, on lavapipe only
+    Update {
+        /// Which; all if left out
+        names: Vec<String>,
+    },
+    /// List them, and what each was made with
+    List,
 }
 
 /// Flags that change the scene.

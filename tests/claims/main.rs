@@ -3,6 +3,8 @@
 #![allow(missing_docs, reason = "test names say it")]
 
 mod assets;
+mod cli;
+mod goldens;
 mod grids;
 mod layering;
 mod layouts;
