@@ -5,6 +5,8 @@
 
 mod clip;
 mod cpu_exact;
+mod fragment_parallel;
+mod raster;
 mod separating_axes;
 mod triangle_parallel;
 
@@ -79,7 +81,7 @@ impl<'a> Input<'a> {
 }
 
 /// All methods, in the order of the menu.
-pub const METHODS: &[Method] = &[cpu_exact::METHOD, triangle_parallel::METHOD];
+pub const METHODS: &[Method] = &[cpu_exact::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD];
 
 /// The method of this name.
 ///

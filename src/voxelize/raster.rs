@@ -1,0 +1,130 @@
+//! Rasterizing into occupancy words: pipelines whose fragments mark, over a target that nothing is written to.
+
+use crate::gpu::pass::{Bindings, guarded, module_of};
+use crate::gpu::{Gpu, GpuError, Layout, Recorder, layout};
+use crate::scene::description::Separability;
+use glam::UVec2;
+
+/// A shader's vertex and fragment entry points, compiled for both separabilities.
+#[derive(Debug)]
+pub(super) struct Raster {
+    label: &'static str,
+    bindings: Bindings,
+    thick: wgpu::RenderPipeline,
+    thin: wgpu::RenderPipeline,
+    target: Option<(UVec2, wgpu::TextureView)>,
+}
+
+/// What to draw.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Draw<'a> {
+    /// So many vertices, so many instances.
+    Counted { vertices: u32, instances: u32 },
+    /// As the device counted: four `u32` at the buffer's start.
+    Indirect(&'a wgpu::Buffer),
+}
+
+impl Raster {
+    /// Compiles `vertex` and `fragment` of `shader`, which has the override `thin`.
+    pub(super) fn new(
+        gpu: &Gpu,
+        shader: &'static str,
+        [vertex, fragment]: [&str; 2],
+        layouts: &[Layout],
+    ) -> Result<Self, GpuError> {
+        let source = gpu.shaders.load(shader)?;
+        for each in layouts {
+            layout::check(&source.module, shader, each)?;
+        }
+        let label = shader.trim_end_matches(".wgsl");
+        let bindings = Bindings::of(&source, label, &[vertex, fragment])?;
+        let pipeline = |constants: &[(&str, f64)]| {
+            guarded(gpu, shader, || {
+                let module = module_of(gpu, &source);
+                let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+                // A pass must have an attachment; this one is the cheapest and stays untouched.
+                let target = wgpu::ColorTargetState {
+                    format: wgpu::TextureFormat::R8Unorm,
+                    blend: None,
+                    write_mask: wgpu::ColorWrites::empty(),
+                };
+                gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(label),
+                    layout: None,
+                    vertex: wgpu::VertexState {
+                        module: &module,
+                        entry_point: Some(vertex),
+                        compilation_options: compilation_options.clone(),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: None,
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &module,
+                        entry_point: Some(fragment),
+                        compilation_options,
+                        targets: &[Some(target)],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+            })
+        };
+        let (thick, thin) = (pipeline(&[("thin", 0.0)])?, pipeline(&[("thin", 1.0)])?);
+        Ok(Self { label, bindings, thick, thin, target: None })
+    }
+
+    /// Draws over a raster of `size` pixels.
+    pub(super) fn record(
+        &mut self,
+        rec: &mut Recorder<'_>,
+        size: UVec2,
+        separability: Separability,
+        resources: &[(&str, wgpu::BindingResource<'_>)],
+        draw: Draw<'_>,
+    ) {
+        if self.target.as_ref().is_none_or(|(made, _)| *made != size) {
+            self.target = Some((size, target(rec.gpu, self.label, size)));
+        }
+        let Some((_, view)) = &self.target else { return };
+        let pipeline = match separability {
+            Separability::TwentySix => &self.thick,
+            Separability::Six => &self.thin,
+        };
+        let group = self.bindings.group(rec.gpu, &pipeline.get_bind_group_layout(0), resources);
+        let mut pass = rec.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(self.label),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Discard,
+                },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        match draw {
+            Draw::Counted { vertices, instances } => pass.draw(0..vertices, 0..instances),
+            Draw::Indirect(arguments) => pass.draw_indirect(arguments, 0),
+        }
+    }
+}
+
+fn target(gpu: &Gpu, label: &str, size: UVec2) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
