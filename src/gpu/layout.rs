@@ -23,11 +23,11 @@ pub trait GpuStruct: bytemuck::Pod {
 /// Declares a `#[repr(C)]` struct that is shared with shaders, and its [`Layout`].
 #[macro_export]
 macro_rules! gpu_struct {
-    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* $vis:vis $field:ident : $ty:ty,)* }) => {
+    ($(#[$meta:meta])* $outer:vis struct $name:ident { $($(#[$field_meta:meta])* $vis:vis $field:ident : $ty:ty,)* }) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-        pub struct $name { $($(#[$field_meta])* $vis $field: $ty,)* }
+        $outer struct $name { $($(#[$field_meta])* $vis $field: $ty,)* }
         impl $crate::gpu::GpuStruct for $name {
             const LAYOUT: $crate::gpu::Layout = $crate::gpu::Layout {
                 name: stringify!($name),

@@ -6,6 +6,7 @@
 mod clip;
 mod cpu_exact;
 mod fragment_parallel;
+mod hybrid;
 mod raster;
 mod separating_axes;
 mod triangle_parallel;
@@ -81,7 +82,8 @@ impl<'a> Input<'a> {
 }
 
 /// All methods, in the order of the menu.
-pub const METHODS: &[Method] = &[cpu_exact::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD];
+pub const METHODS: &[Method] =
+    &[hybrid::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD, cpu_exact::METHOD];
 
 /// The method of this name.
 ///

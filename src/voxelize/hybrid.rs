@@ -1,0 +1,100 @@
+//! Small triangles at once, a thread each; large ones deferred to fragments by one indirect draw.
+//!
+//! Source: [`papers::RAUWENDAAL_BAILEY_2013`], §3.4 and Fig. 15.
+//!
+//! | paper                   | here                        | meaning                                            |
+//! |-------------------------|-----------------------------|----------------------------------------------------|
+//! | area(T), projected      | `projected_area`            | what decides, cells²                               |
+//! | cutoff value            | `cutoff_cells2`             | the largest area of a small triangle               |
+//! | classification, pass 1  | `triage`                    | marks the small ones, lists the large ones         |
+//! | index buffer            | `large`                     | the large ones' numbers                            |
+//! | pass 2                  | `outline`, `mark`           | draws the list                                     |
+//!
+//! Differs: the area is seen along z, which is what either half's time goes with here; see `fragment_parallel`.
+//! Promises: exact, 26- or 6-separating. Costs: as `triangle-parallel` on small triangles, as `fragment-parallel` on
+//! large ones, and an empty draw when there are none.
+
+use super::raster::{Draw, Raster};
+use super::{Input, Method, Promise, Voxelizer};
+use crate::animate::Vertex;
+use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
+use crate::grid::Grid;
+use crate::papers;
+use crate::scene::description::Separability;
+use crate::scene::material::PartMaterial;
+
+const SHADER: &str = "voxelize/hybrid.wgsl";
+
+/// Large triangles that a draw takes; more are marked by threads.
+const LIST_CAPACITY: u32 = 1 << 16;
+
+pub(super) const METHOD: Method = Method {
+    name: "hybrid",
+    summary: "small triangles by threads, large ones by fragments; exact; the default",
+    shader: Some(SHADER),
+    paper: &papers::RAUWENDAAL_BAILEY_2013,
+    promise: Promise::Exact,
+    new: |gpu| Ok(Box::new(Hybrid::new(gpu)?)),
+};
+
+crate::gpu_struct! {
+    /// `Options` in the shader.
+    struct Options {
+        cutoff_cells2: f32,
+        capacity: u32,
+    }
+}
+
+#[derive(Debug)]
+struct Hybrid {
+    thick: ComputePass,
+    thin: ComputePass,
+    raster: Raster,
+    options: wgpu::Buffer,
+    large: wgpu::Buffer,
+    draw: wgpu::Buffer,
+}
+
+impl Hybrid {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
+        let pass = |thin| ComputePass::with_constants(gpu, SHADER, "triage", &layouts, &[("thin", thin)]);
+        let arguments = buffer::STORAGE | wgpu::BufferUsages::INDIRECT;
+        Ok(Self {
+            thick: pass(0.0)?,
+            thin: pass(1.0)?,
+            raster: Raster::new(gpu, SHADER, ["outline", "mark"], &layouts)?,
+            options: buffer::uniform(gpu, "options", &Options { cutoff_cells2: 0.0, capacity: 0 }),
+            large: buffer::storage(gpu, "large", u64::from(LIST_CAPACITY) * 4)?,
+            draw: buffer::with_usage(gpu, "draw", 20, arguments)?,
+        })
+    }
+}
+
+impl Voxelizer for Hybrid {
+    fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
+        let grid = &input.volume.grids[input.grid];
+        let separability = input.settings.separability;
+        let options = Options { cutoff_cells2: input.settings.cutoff_cells2, capacity: LIST_CAPACITY };
+        // The same for every grid of a frame.
+        rec.gpu.queue.write_buffer(&self.options, 0, bytemuck::bytes_of(&options));
+        rec.encoder.clear_buffer(&self.draw, 0, None);
+
+        let mut resources = input.resources().to_vec();
+        resources.push(("options", self.options.as_entire_binding()));
+        resources.push(("large", self.large.as_entire_binding()));
+        resources.push(("draw", self.draw.as_entire_binding()));
+        let pass = match separability {
+            Separability::TwentySix => &self.thick,
+            Separability::Six => &self.thin,
+        };
+        let group = pass.bind(rec.gpu, &resources);
+        pass.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
+
+        let mut resources = input.resources().to_vec();
+        resources.push(("deferred", self.large.as_entire_binding()));
+        let draw = Draw::Indirect(&self.draw);
+        self.raster.record(rec, grid.cells.truncate(), separability, &resources, draw);
+        Ok(())
+    }
+}
