@@ -30,6 +30,7 @@ const LEAST_COSINE: f32 = 1e-3;
 // A crossing that contradicts the media is believed if its plane is met under at least this cosine: at a silhouette
 // planes reach beyond their triangles.
 const BELIEVED_COSINE: f32 = 0.3;
+const LEAST_MIRROR_COSINE: f32 = 0.4;
 // Cells by which a crossing may lie beyond another sheet of its voxel that bounds it.
 const SHEET_CELLS: f32 = 0.05;
 const FAR_BACK: f32 = -1e30;
@@ -37,6 +38,7 @@ const FAR_BACK: f32 = -1e30;
 // A column's centre line.
 struct Column {
     origin: vec3f,      // world, where slice 0 begins
+    before: f32,        // world units from the light to there; 0 where it comes from far away
     direction: vec3f,   // world, unit
     slice_length: f32,  // world units that the line stays in one slice
     cell: vec2u,
@@ -52,6 +54,11 @@ struct Sheet {
     crossed: bool,
 }
 
+// How a walk went.
+const PAIRED: u32 = 0u;     // every entry has its exit
+const ODD: u32 = 1u;        // some crossing contradicted the media, or the light never left them
+const IN_GLASS: u32 = 2u;   // the light stands in a part that it was not known to stand in
+
 // The light on its way down a column. `depth` holds up to `t`; `tint` and `surfaces` are factors.
 struct Light {
     t: f32,
@@ -62,7 +69,8 @@ struct Light {
     media: vec4u,
     events: vec4u,      // the latest, newest first: 2·part + 2, and 1 more where the light entered
     event_t: vec4f,
-    odd: bool,          // some crossing contradicted the media
+    outcome: u32,
+    stands_in: u32,     // IN_GLASS: the part
 }
 
 fn sigma_of(medium: u32) -> vec3f {
@@ -80,10 +88,11 @@ fn ior_of(medium: u32) -> f32 {
 }
 
 // Unpolarized reflectance between two media. The light is taken to run straight, so the angle to the normal is that on
-// the thinner side: there is no total reflection, and a body lets as much out as it lets in.
+// the thinner side: there is no total reflection, and a body lets as much out as it lets in. Below LEAST_MIRROR_COSINE
+// the cosine counts as that: a rim of all but total reflection is thinner than a column and would show its raster.
 fn reflectance(cosine: f32, n1: f32, n2: f32) -> f32 {
     let ratio = max(n1, n2) / min(n1, n2);
-    let c = abs(cosine);
+    let c = max(abs(cosine), LEAST_MIRROR_COSINE);
     let g = sqrt(max(ratio * ratio - 1.0 + c * c, 0.0));
     let s = (c - g) / (c + g);
     let p = (ratio * ratio * c - g) / (ratio * ratio * c + g);
@@ -99,6 +108,10 @@ fn is_duplicate(light: Light, part: u32, t: f32, entering: bool, near: f32) -> b
         }
     }
     return false;
+}
+
+fn was_met(light: Light, part: u32) -> bool {
+    return any((light.events >> vec4u(1u)) == vec4u(part + 1u));
 }
 
 // Remembers an event in place of the oldest.
@@ -133,7 +146,10 @@ fn meet(light: ptr<function, Light>, sheet: Sheet, saturate: bool, column: Colum
     }
     let inside = media_has((*light).media, sheet.part);
     if !entering && !inside {
-        (*light).odd |= abs(sheet.cosine) > BELIEVED_COSINE;
+        if abs(sheet.cosine) > BELIEVED_COSINE {
+            (*light).outcome = select(ODD, IN_GLASS, column.before > 0.0 && !was_met(*light, sheet.part));
+            (*light).stands_in = sheet.part;
+        }
         return;
     }
     advance(light, sheet.t);
@@ -236,10 +252,13 @@ fn light_record_at(light: Light, t: f32, questionable: bool) -> LightRecord {
     return LightRecord(left * light.tint, light.surfaces, min(medium, LIGHT_NO_MEDIUM), questionable);
 }
 
-// Walks the column once. True if its crossings pair up.
-fn walk(g: Grid, column: Column, saturate: bool) -> bool {
+// Walks the column once, from the media that the light stands in. `saturate`: see `meet`; closes the column too.
+// Stops early where the light turns out to stand in glass.
+fn walk(g: Grid, column: Column, media: vec4u, saturate: bool) -> Light {
     let base = word_index(g, vec3u(column.cell, 0u));
     var light: Light;
+    light.t = -column.before;
+    light.media = media;
     light.tint = vec3f(1.0);
     light.surfaces = 1.0;
     var last = 0xffffffffu;
@@ -249,7 +268,7 @@ fn walk(g: Grid, column: Column, saturate: bool) -> bool {
         if bits != 0u {
             rank = ranks[base + w];
         }
-        while bits != 0u {
+        while bits != 0u && light.outcome != IN_GLASS {
             let slice = w * 32u + firstTrailingBit(bits);
             bits &= bits - 1u;
             if rank < g.record_capacity {
@@ -264,14 +283,20 @@ fn walk(g: Grid, column: Column, saturate: bool) -> bool {
         }
     }
     let open = !light.blocked && media_ruling(light.media) != NO_PART;
+    if open && light.outcome == PAIRED {
+        light.outcome = ODD;
+    }
     if open && saturate && last != 0xffffffffu {
         // A leak: the body ends with the column's last record.
         var closing = unpack_light_record(light_records[last]);
         closing.medium = LIGHT_NO_MEDIUM;
         light_records[last] = pack_light_record(closing);
     }
-    return !open && !light.odd;
+    return light;
 }
+
+// The most parts that a light may be found to stand in.
+const MAX_BEGINNINGS: u32 = 3u;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -283,8 +308,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let begin = world_from_grid(g, vec3f(center, 0.0));
     let along = world_from_grid(g, vec3f(center, slab(g, f32(g.cells.z)))) - begin;
     let reach = length(along);
-    let column = Column(begin, along / reach, reach / f32(g.cells.z), id.xy);
-    if !walk(g, column, false) {
-        walk(g, column, true);
+    // Slices are even in depth, so the way from the eye to the first is to the whole as the depths are.
+    let before = select(0.0, reach * g.near / (g.far - g.near), g.projection == PERSPECTIVE);
+    let column = Column(begin, before, along / reach, reach / f32(g.cells.z), id.xy);
+    var media = vec4u(0u);
+    var saturate = false;
+    for (var turn = 0u; turn < MAX_BEGINNINGS + 2u; turn++) {
+        let light = walk(g, column, media, saturate);
+        if light.outcome == PAIRED || saturate {
+            break;
+        }
+        if light.outcome == IN_GLASS && turn < MAX_BEGINNINGS {
+            media = media_enter(media, light.stands_in);
+        } else {
+            saturate = true;
+        }
     }
 }

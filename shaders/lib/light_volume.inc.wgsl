@@ -33,6 +33,34 @@ struct ColumnLight {
     questionable: bool,
 }
 
+// What is left where a lamp's column has met no record yet. A lamp may stand in glass: then what comes next is a surface
+// that the light leaves by.
+fn light_at_start(grid: u32, cell: vec2u, slice: u32, at: f32, toward: vec3f, slice_length: f32) -> ColumnLight {
+    let words = grids[grid].words_per_column;
+    let base = grids[grid].word_base + (cell.y * grids[grid].cells.x + cell.x) * words;
+    var mask = 0xffffffffu << (slice & 31u);
+    for (var word = slice >> 5u; word < words; word++) {
+        let bits = occupancy[base + word] & mask;
+        mask = 0xffffffffu;
+        if bits == 0u {
+            continue;
+        }
+        let rank = ranks[base + word] + countOneBits(occupancy[base + word] & ((bits & (~bits + 1u)) - 1u));
+        if rank < grids[grid].record_capacity {
+            let record = records[grids[grid].record_base + rank];
+            let clear = (materials[record_part(record)].flags & (FLAG_OPAQUE | FLAG_THIN_WALL)) == 0u;
+            if clear && dot(unpack_unit(record.normal), toward) > 0.3 {
+                let n = f32(grids[grid].cells.z);
+                let before = n * grids[grid].near / (grids[grid].far - grids[grid].near);
+                let left = light_absorbed(vec3f(1.0), record_part(record), (before + at) * slice_length);
+                return ColumnLight(vec4f(left, 1.0), false);
+            }
+        }
+        break;
+    }
+    return ColumnLight(ALL_LIGHT, false);
+}
+
 // What is left in the column `cell` of `grid` at fractional slice `at`; `p` is the point there, by which it is told on
 // which side of a record in its own voxel it lies. `slice_length`: world units of the light's way in one slice.
 fn column_light(grid: u32, cell: vec2u, at: f32, p: vec3f, toward: vec3f, slice_length: f32) -> ColumnLight {
@@ -75,6 +103,9 @@ fn column_light(grid: u32, cell: vec2u, at: f32, p: vec3f, toward: vec3f, slice_
         }
         return ColumnLight(vec4f(light_absorbed(left.absorption, left.medium, beyond), left.surfaces), left.questionable);
     }
+    if grids[grid].projection == PERSPECTIVE {
+        return light_at_start(grid, cell, slice, at, toward, slice_length);
+    }
     return ColumnLight(ALL_LIGHT, false);
 }
 
@@ -113,6 +144,15 @@ fn grid_light(grid: u32, p: vec3f, p_grid: vec3f, toward: vec3f) -> vec4f {
     return sum / weights;
 }
 
+// World size of a cell near `p`.
+fn cell_size_at(grid: u32, p: vec3f) -> f32 {
+    if grids[grid].projection == ORTHOGRAPHIC {
+        return grids[grid].cell_size;
+    }
+    let depth = (grids[grid].grid_from_world * vec4f(p, 1.0)).w;
+    return grids[grid].cell_size * depth / (0.5 * (grids[grid].near + grids[grid].far));
+}
+
 // What is left of light number `light` at `p`: RGB by absorption alone, and what the surfaces leave.
 fn light_left(light: u32, p: vec3f, n: vec3f) -> vec4f {
     let count = surroundings.lights[light].grid_count;
@@ -128,7 +168,7 @@ fn light_left(light: u32, p: vec3f, n: vec3f) -> vec4f {
         // Clear of the surface's own voxels: as far as the blended columns may lie beside the point.
         let cosine = dot(n, toward);
         let slant = sqrt(max(1.0 - cosine * cosine, 0.0));
-        let q = p + n * (grids[first + i].cell_size * (0.4 + 1.2 * slant));
+        let q = p + n * (cell_size_at(first + i, p) * (0.4 + 1.2 * slant));
         let h = grids[first + i].grid_from_world * vec4f(q, 1.0);
         let q_grid = h.xyz / h.w;
         let inside = q_grid.xy >= vec2f(0.0) & q_grid.xy <= vec2f(grids[first + i].cells.xy);

@@ -16,7 +16,7 @@ pub(super) struct Irradiance([Vec3; 9]);
 const WEIGHTS: [f32; 9] = {
     const BAND_0: f32 = PI * 0.079_577_47;
     const BAND_1: f32 = 2.0 * PI / 3.0 * 0.238_732_41;
-    const BAND_2: f32 = PI / 4.0 * 1.193_662_1;
+    const BAND_2: f32 = PI / 4.0 * 1.193_662;
     [BAND_0, BAND_1, BAND_1, BAND_1, BAND_2, BAND_2, BAND_2 / 12.0, BAND_2, BAND_2 / 4.0]
 };
 

@@ -8,6 +8,7 @@ mod goldens;
 mod grids;
 mod layering;
 mod layouts;
+mod light;
 mod models;
 mod optics;
 mod probe;
