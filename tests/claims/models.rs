@@ -1,6 +1,12 @@
 //! Models: shapes, files, clips, poses and how far they reach.
 
 mod bounds;
+mod clips;
 mod environments;
 mod files;
+mod hostile;
+mod layouts;
+mod maker;
+mod materials;
+mod rigs;
 mod shapes;

@@ -100,9 +100,17 @@ impl<'a> Accessors<'a> {
         Self { document, container, buffers, zeros_left: Cell::new((1 << 16) + 4 * file_bytes) }
     }
 
-    /// The accessor's type and count, checked to be readable in principle.
+    /// The accessor's type and count: its bytes are there, none are read yet.
     pub(super) fn shape(&self, index: usize) -> Result<Shape, String> {
-        self.checked(index).map(|(_, shape)| shape)
+        let (accessor, shape) = self.checked(index)?;
+        if let Some(view) = accessor.buffer_view {
+            let size = shape.component.bytes() * shape.components;
+            let plain = self.view(view, accessor.byte_offset, size, shape.count, true);
+            plain.map_err(|e| format!("accessor {index}: {e}"))?;
+        } else if shape.count > self.zeros_left.get() {
+            return Err(too_many(index, accessor.count));
+        }
+        Ok(shape)
     }
 
     fn checked(&self, index: usize) -> Result<(&'a Accessor, Shape), String> {
