@@ -144,11 +144,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
 
     let placement = linear_part(model.world_from_model);
     vertices[v].position = (model.world_from_model * vec4f(p.position, 1.0)).xyz;
-    if motion.flat_shaded != 0u {
-        // For `flat_normals`: on which side of the winding is outside.
-        let mirrored = (determinant(rest_turn) < 0.0) != (determinant(placement) < 0.0);
-        vertices[v].normal = vec3f(select(1.0, -1.0, mirrored), 0.0, 0.0);
-    } else {
+    vertices[v].mirrored = u32((determinant(rest_turn) < 0.0) != (determinant(placement) < 0.0));
+    if motion.flat_shaded == 0u {
         let normal = transform_normal(placement, p.normal);
         let size = length(normal);
         vertices[v].normal = select(vec3f(0.0), normal / size, size > 0.0);
@@ -172,7 +169,8 @@ fn flat_normals(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     let c = indices[first + 2u];
     let area = cross(vertices[b].position - vertices[a].position, vertices[c].position - vertices[a].position);
     let size = length(area);
-    let normal = select(vec3f(0.0), area / size, size > 0.0) * vertices[a].normal.x;
+    let outward = select(area, -area, vertices[a].mirrored != 0u);
+    let normal = select(vec3f(0.0), outward / size, size > 0.0);
     vertices[a].normal = normal;
     vertices[b].normal = normal;
     vertices[c].normal = normal;

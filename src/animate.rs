@@ -19,8 +19,8 @@ crate::gpu_struct! {
         pub part: u32,
         /// World, unit.
         pub normal: Vec3,
-        /// Padding.
-        pub _pad: u32,
+        /// 1 where the pose mirrors it: its triangles' corners run clockwise as seen from outside.
+        pub mirrored: u32,
     }
 }
 
@@ -249,7 +249,7 @@ impl Animate {
 }
 
 impl Triangles {
-    /// Triangles that stand still: vertices and materials as given.
+    /// Triangles that stand still: vertices and materials as given, wound outward.
     ///
     /// # Errors
     /// When they are larger than the device's bindings, or than numbers in records have bits for.
@@ -387,13 +387,21 @@ impl Joined {
             }
             let first_triangle = u32_of(self.triangles.len());
             let of_part = &geometry.triangles[part.triangles.start as usize..part.triangles.end as usize];
-            self.triangles.extend(of_part.iter().map(|t| t.map(|v| v + first_vertex)));
+            self.triangles.extend(of_part.iter().map(|t| outward(geometry, *t).map(|v| v + first_vertex)));
             if part.flat {
                 self.flat_triangles.extend(first_triangle..u32_of(self.triangles.len()));
             }
         }
         self.matrix_count += geometry.matrices.len();
     }
+}
+
+/// The triangle with its corners counterclockwise as seen from outside. Where the vertex normals contradict the order of
+/// the corners, they are right: meshes wound inward are common.
+fn outward(geometry: &Geometry, [a, b, c]: [u32; 3]) -> [u32; 3] {
+    let [va, vb, vc] = [a, b, c].map(|v| &geometry.vertices[v as usize]);
+    let area = (vb.position - va.position).cross(vc.position - va.position);
+    if area.dot(va.normal + vb.normal + vc.normal) < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
 fn packed_material(material: &Material, of_part: u32) -> PartMaterial {

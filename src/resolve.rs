@@ -8,25 +8,36 @@
 
 use crate::animate::{Triangles, Vertex};
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
-use crate::grid::Grid;
+use crate::grid::{Grid, ORTHOGRAPHIC, PERSPECTIVE};
 use crate::scene::material::PartMaterial;
 use crate::volume::{CHUNK, GridCounters, Record, Volume};
 
 /// Shares of large triangles in the queue: as many workgroups as one row of a dispatch may have.
 const LARGE_SHARES: u64 = 65_535;
 
+/// `VoxelDispatch` of `lib/volume.inc.wgsl`.
+const VOXEL_DISPATCH_BYTES: u64 = 16;
+
 /// The passes.
 #[derive(Debug)]
 pub struct Resolve {
     rank: RankPasses,
-    winners: ComputePass,
-    winners_large: ComputePass,
-    records: ComputePass,
+    /// Orthographic, then perspective.
+    by_projection: [ClaimPasses; 2],
     place_sheets: ComputePass,
-    finish: ComputePass,
+    mend: ComputePass,
+    voxel_dispatch: wgpu::Buffer,
     large_dispatch: wgpu::Buffer,
     large_dispatch_empty: wgpu::Buffer,
     large_shares: wgpu::Buffer,
+}
+
+/// Passes that work out claims in grid space: compiled for one projection.
+#[derive(Debug)]
+struct ClaimPasses {
+    winners: ComputePass,
+    winners_large: ComputePass,
+    records: ComputePass,
 }
 
 #[derive(Debug)]
@@ -46,6 +57,15 @@ impl Resolve {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let layouts = [Grid::LAYOUT, GridCounters::LAYOUT, Record::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
         let pass = |shader, entry| ComputePass::new(gpu, shader, entry, &layouts);
+        let claims = |projection: u32| -> Result<ClaimPasses, GpuError> {
+            let constants = [("PROJECTION", f64::from(projection))];
+            let pass = |shader, entry| ComputePass::with_constants(gpu, shader, entry, &layouts, &constants);
+            Ok(ClaimPasses {
+                winners: pass("resolve/winners.wgsl", "main")?,
+                winners_large: pass("resolve/winners.wgsl", "large")?,
+                records: pass("resolve/records.wgsl", "main")?,
+            })
+        };
         let rank = |entry| pass("resolve/rank.wgsl", entry);
         let dispatch = buffer::STORAGE | wgpu::BufferUsages::INDIRECT;
         let empty = [0_u32, 1, 1, 0];
@@ -57,11 +77,10 @@ impl Resolve {
                 list: rank("list")?,
                 scan_sheets: rank("scan_sheets")?,
             },
-            winners: pass("resolve/winners.wgsl", "main")?,
-            winners_large: pass("resolve/winners.wgsl", "large")?,
-            records: pass("resolve/records.wgsl", "main")?,
+            by_projection: [claims(ORTHOGRAPHIC)?, claims(PERSPECTIVE)?],
             place_sheets: pass("resolve/records.wgsl", "place_sheets")?,
-            finish: pass("resolve/records.wgsl", "finish")?,
+            mend: pass("resolve/records.wgsl", "mend")?,
+            voxel_dispatch: buffer::with_usage(gpu, "voxel_dispatch", 3 * VOXEL_DISPATCH_BYTES, dispatch)?,
             large_dispatch: buffer::with_usage(gpu, "large_dispatch", 16, dispatch)?,
             large_dispatch_empty: buffer::storage_with(gpu, "large_dispatch_empty", &empty)?,
             large_shares: buffer::storage(gpu, "large_shares", LARGE_SHARES * 4)?,
@@ -80,42 +99,48 @@ impl Resolve {
         let Some(g) = volume.grids.get(grid) else { return };
         let RankPasses { reduce, scan_words, spread, list, .. } = &self.rank;
         let chunks = g.word_count().div_ceil(CHUNK);
+        let mut all = resources(volume, grid);
+        all.push(("voxel_dispatch", self.voxel_dispatch.as_entire_binding()));
         for (pass, threads) in [(reduce, chunks), (scan_words, 1), (spread, chunks), (list, g.word_count())] {
-            let group = pass.bind_used(rec.gpu, &resources(volume, grid));
+            let group = pass.bind_used(rec.gpu, &all);
             pass.dispatch(&mut rec.encoder, &group, [threads, 1, 1]);
         }
     }
 
     /// Lets every triangle compete for the voxels; leaves the winners in `keys`.
     pub fn record_winners(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
+        let Some(claims) = self.claims(volume, grid) else { return };
         rec.encoder.copy_buffer_to_buffer(&self.large_dispatch_empty, 0, &self.large_dispatch, 0, 16);
         let mut all = resources(volume, grid);
         all.extend(triangle_resources(triangles));
         all.push(("large_dispatch", self.large_dispatch.as_entire_binding()));
         all.push(("large_shares", self.large_shares.as_entire_binding()));
-        let group = self.winners.bind_used(rec.gpu, &all);
-        self.winners.dispatch(&mut rec.encoder, &group, [triangles.triangle_count, 1, 1]);
-        let group = self.winners_large.bind_used(rec.gpu, &all);
-        self.winners_large.dispatch_indirect(&mut rec.encoder, &group, &self.large_dispatch, 0);
+        let group = claims.winners.bind_used(rec.gpu, &all);
+        claims.winners.dispatch(&mut rec.encoder, &group, [triangles.triangle_count, 1, 1]);
+        let group = claims.winners_large.bind_used(rec.gpu, &all);
+        claims.winners_large.dispatch_indirect(&mut rec.encoder, &group, &self.large_dispatch, 0);
+    }
+
+    fn claims(&self, volume: &Volume, grid: usize) -> Option<&ClaimPasses> {
+        volume.grids.get(grid).map(|g| &self.by_projection[usize::from(g.projection == PERSPECTIVE)])
     }
 
     /// Makes the records of the winners and clears `keys` for the next grid.
     pub fn record_records(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
-        let Some(g) = volume.grids.get(grid) else { return };
+        let Some(claims) = self.claims(volume, grid) else { return };
         rec.encoder.clear_buffer(&volume.chunk_sums, 0, None);
         let mut all = resources(volume, grid);
         all.extend(triangle_resources(triangles));
-        let voxels = g.record_capacity;
-        let passes = [
-            (&self.records, voxels),
-            (&self.rank.scan_sheets, 1),
-            (&self.place_sheets, voxels),
-            (&self.finish, voxels),
-        ];
-        for (pass, threads) in passes {
+        all.push(("voxel_dispatch", self.voxel_dispatch.as_entire_binding()));
+        let over_voxels = |rec: &mut Recorder<'_>, pass: &ComputePass, index: u64| {
             let group = pass.bind_used(rec.gpu, &all);
-            pass.dispatch(&mut rec.encoder, &group, [threads, 1, 1]);
-        }
+            pass.dispatch_indirect(&mut rec.encoder, &group, &self.voxel_dispatch, index * VOXEL_DISPATCH_BYTES);
+        };
+        over_voxels(rec, &claims.records, 0);
+        let group = self.rank.scan_sheets.bind_used(rec.gpu, &all);
+        self.rank.scan_sheets.dispatch(&mut rec.encoder, &group, [1, 1, 1]);
+        over_voxels(rec, &self.place_sheets, 1);
+        over_voxels(rec, &self.mend, 2);
     }
 }
 

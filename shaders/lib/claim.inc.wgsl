@@ -11,16 +11,19 @@ struct Claim {
     nearness: u32,      // 1 … 255; 0: no claim
 }
 
-// `frame` is the triangle's in grid space.
-fn claim_of(g: Grid, frame: ClosestFrame, cell: vec3i) -> Claim {
+// The grid's projection: the code of the other is left out. (Where branches are masks, both would run.)
+override PROJECTION: u32 = ORTHOGRAPHIC;
+
+// `frame` is the triangle's in grid space; `slabs` the depths between which the cell lies there.
+fn claim_of(frame: ClosestFrame, cell: vec3i, slabs: vec2f) -> Claim {
     var offset: vec3f;
-    if g.projection == ORTHOGRAPHIC {
+    if PROJECTION == ORTHOGRAPHIC {
         offset = 2.0 * closest_offset(frame, vec3f(cell) + 0.5);
     } else {
         // Nearness is measured in half cells: a cell of a perspective grid is not as deep as it is wide.
-        let box = cell_box(g, cell);
-        let scale = 1.0 / box.half;
-        offset = closest_offset(closest_frame(frame.a * scale, frame.b * scale, frame.c * scale), box.center * scale);
+        let scale = vec3f(2.0, 2.0, 2.0 / (slabs.y - slabs.x));
+        let center = vec3f(vec2f(cell.xy) + 0.5, 0.5 * (slabs.x + slabs.y));
+        offset = closest_offset(closest_frame(frame.a * scale, frame.b * scale, frame.c * scale), center * scale);
     }
     let within = all(abs(offset) <= vec3f(1.0 + 2.0 * CLAIM_GROWTH));
     let nearness = 1u + u32(clamp(254.0 * (1.0 - 0.5 * length(offset)), 0.0, 254.0));

@@ -6,7 +6,7 @@ struct Vertex {
     position: vec3f,    // world
     part: u32,
     normal: vec3f,      // world, unit
-    _pad: u32,
+    mirrored: u32,      // 1: outside is where the corners of its triangles run clockwise
 }
 
 struct RestVertex {

@@ -9,6 +9,7 @@
 @group(0) @binding(4) var<storage, read_write> chunk_sums: array<u32>;
 @group(0) @binding(5) var<storage, read_write> counters: array<GridCounters>;
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
+@group(0) @binding(7) var<storage, read_write> voxel_dispatch: array<VoxelDispatch, 3>;
 
 fn word_count(g: Grid) -> u32 {
     return g.cells.x * g.cells.y * g.words_per_column;
@@ -102,19 +103,30 @@ fn scan(thread: u32, chunks: u32) -> u32 {
     return before;
 }
 
+fn dispatch_of(voxels: u32) -> VoxelDispatch {
+    let groups = (voxels + VOXEL_WORKGROUP - 1u) / VOXEL_WORKGROUP;
+    let rows = (groups + 65534u) / 65535u;
+    return VoxelDispatch((groups + max(rows, 1u) - 1u) / max(rows, 1u), rows, 1u, voxels);
+}
+
 @compute @workgroup_size(256)
 fn scan_words(@builtin(local_invocation_index) thread: u32) {
     let total = scan(thread, (word_count(grids[grid_index.x]) + CHUNK - 1u) / CHUNK);
     if thread == SCANNERS - 1u {
         counters[grid_index.x].occupied = total;
+        let voxels = min(total, grids[grid_index.x].record_capacity);
+        voxel_dispatch[DISPATCH_RECORDS] = dispatch_of(voxels);
     }
 }
 
 @compute @workgroup_size(256)
 fn scan_sheets(@builtin(local_invocation_index) thread: u32) {
-    let voxels = min(counters[grid_index.x].occupied, grids[grid_index.x].record_capacity);
+    let voxels = voxel_dispatch[DISPATCH_RECORDS].voxels;
     let total = scan(thread, (voxels + CHUNK - 1u) / CHUNK);
     if thread == SCANNERS - 1u {
         counters[grid_index.x].extras = total;
+        let amiss = counters[grid_index.x].orphans != 0u || total > grids[grid_index.x].extra_capacity;
+        voxel_dispatch[DISPATCH_SHEETS] = dispatch_of(select(0u, voxels, total != 0u));
+        voxel_dispatch[DISPATCH_MEND] = dispatch_of(select(0u, voxels, amiss));
     }
 }

@@ -13,6 +13,7 @@
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
 @group(0) @binding(7) var<storage, read_write> chunk_sums: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;   // four a grid, as `GridCounters`
+@group(0) @binding(11) var<storage, read> voxel_dispatch: array<VoxelDispatch, 3>;
 @group(0) @binding(9) var<storage, read> occupancy: array<u32>;
 @group(0) @binding(10) var<storage, read> ranks: array<u32>;
 
@@ -23,11 +24,6 @@ const SAME_SHEET_COSINE: f32 = 0.866;
 // … or their planes are, in half cells at the voxel.
 const SAME_SHEET_DISTANCE: f32 = 1.0;
 
-// Voxels of the grid that have a record.
-fn voxel_count(g: u32) -> u32 {
-    return min(atomicLoad(&counters[4u * g]), grids[g].record_capacity);
-}
-
 struct Sheet {
     key: u32,
     part: u32,
@@ -36,27 +32,37 @@ struct Sheet {
     offset: vec3f,      // its point there
 }
 
+fn slabs_of(slice: i32) -> vec2f {
+    if PROJECTION == ORTHOGRAPHIC {
+        return vec2f(0.0, 1.0) + f32(slice);
+    }
+    return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));
+}
+
 fn sheet_of(key: u32, cell: vec3i) -> Sheet {
     let corners = 3u * (key & RECORD_TRIANGLE_MASK);
-    let v0 = vertices[indices[corners]];
-    let v1 = vertices[indices[corners + 1u]];
-    let v2 = vertices[indices[corners + 2u]];
-    var normal = normalize(cross(v1.position - v0.position, v2.position - v0.position));
-    // A mesh may be wound inward: its vertex normals know which way is out.
-    normal = select(normal, -normal, dot(normal, v0.normal + v1.normal + v2.normal) < 0.0);
+    let v0 = indices[corners];
+    let a = vertices[v0].position;
+    let b = vertices[indices[corners + 1u]].position;
+    let c = vertices[indices[corners + 2u]].position;
+    let area = cross(b - a, c - a);
+    let normal = normalize(select(area, -area, vertices[v0].mirrored != 0u));
     let g = grid_index.x;
-    let frame = closest_frame(
-        grid_from_world(grids[g], v0.position),
-        grid_from_world(grids[g], v1.position),
-        grid_from_world(grids[g], v2.position),
-    );
-    let half = cell_box(grids[g], cell).half;
-    return Sheet(key, v0.part, normal, normalize(frame.normal * half), claim_of(grids[g], frame, cell).offset);
+    let frame = closest_frame(grid_from_world(grids[g], a), grid_from_world(grids[g], b), grid_from_world(grids[g], c));
+    let slabs = slabs_of(cell.z);
+    let half = vec3f(0.5, 0.5, 0.5 * (slabs.y - slabs.x));
+    return Sheet(key, vertices[v0].part, normal, normalize(frame.normal * half), claim_of(frame, cell, slabs).offset);
 }
 
 fn differs(a: Sheet, b: Sheet) -> bool {
     return dot(a.normal, b.normal) < SAME_SHEET_COSINE
         || abs(dot(a.offset - b.offset, a.grid_normal)) > SAME_SHEET_DISTANCE;
+}
+
+// The largest of six keys below `limit`, 0 if there is none. No two winners are the same triangle.
+fn largest_below(low: vec3u, high: vec3u, limit: u32) -> u32 {
+    let one = max(select(vec3u(0u), low, low < vec3u(limit)), select(vec3u(0u), high, high < vec3u(limit)));
+    return max(max(one.x, one.y), one.z);
 }
 
 fn flagged_triangle(sheet: Sheet) -> u32 {
@@ -73,52 +79,51 @@ fn packed_point(sheet: Sheet) -> u32 {
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
     let g = grid_index.x;
     let rank = thread_index(id, workgroups, 64u);
-    if rank >= voxel_count(g) {
+    if rank >= voxel_dispatch[DISPATCH_RECORDS].voxels {
         return;
     }
     let index = grids[g].record_base + rank;
     let cell_bits = records[index].point;
     let cell = vec3i(unpack_cell(cell_bits));
 
-    // The winners, nearest first: a short insertion sort.
-    var sorted = array<u32, 6>(0u, 0u, 0u, 0u, 0u, 0u);
-    var count = 0u;
-    for (var slot = 0u; slot < 6u; slot++) {
-        let key = keys[6u * rank + slot];
-        if key != 0u {
-            keys[6u * rank + slot] = 0u;
-            var place = count;
-            while place > 0u && sorted[place - 1u] < key {
-                sorted[place] = sorted[place - 1u];
-                place--;
-            }
-            sorted[place] = key;
-            count++;
-        }
-    }
-    if count == 0u {
-        // `orphans` gathers the rest.
+    let at = 6u * rank;
+    let low = vec3u(keys[at], keys[at + 1u], keys[at + 2u]);
+    let high = vec3u(keys[at + 3u], keys[at + 4u], keys[at + 5u]);
+    var key = largest_below(low, high, 0xffffffffu);
+    if key == 0u {
+        // `mend` gathers the rest.
         records[index] = Record(RECORD_ORPHAN, 0u, cell_bits, 0u);
-        atomicAdd(&counters[4u * g + 3u], 1u);
+        atomicAdd(&counters[4u * grid_index.x + 3u], 1u);
         return;
     }
-
-    let first = sheet_of(sorted[0], cell);
+    let first = sheet_of(key, cell);
     var second: Sheet;
     var sheets = 1u;
-    for (var i = 1u; i < count; i++) {
-        let sheet = sheet_of(sorted[i], cell);
+    // The other winners, nearest first. Their places in `keys` take further sheets.
+    loop {
+        key = largest_below(low, high, key);
+        if key == 0u || sheets == MAX_SHEETS {
+            break;
+        }
+        let sheet = sheet_of(key, cell);
         if differs(first, sheet) && (sheets == 1u || differs(second, sheet)) {
-            let at = 6u * rank + 3u * (sheets - 1u);
-            keys[at] = flagged_triangle(sheet);
-            keys[at + 1u] = pack_unit(sheet.normal);
-            keys[at + 2u] = packed_point(sheet);
+            let place = at + 3u * (sheets - 1u);
+            keys[place] = flagged_triangle(sheet);
+            keys[place + 1u] = pack_unit(sheet.normal);
+            keys[place + 2u] = packed_point(sheet);
             second = sheet;
             sheets++;
-            if sheets == MAX_SHEETS {
-                break;
-            }
         }
+    }
+    if sheets < 2u {
+        keys[at] = 0u;
+        keys[at + 1u] = 0u;
+        keys[at + 2u] = 0u;
+    }
+    if sheets < 3u {
+        keys[at + 3u] = 0u;
+        keys[at + 4u] = 0u;
+        keys[at + 5u] = 0u;
     }
     let extras = sheets - 1u;
     records[index] = Record(flagged_triangle(first), pack_unit(first.normal), packed_point(first) | (extras << 30u), first.part);
@@ -132,7 +137,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
 fn place_sheets(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
     let g = grid_index.x;
     let rank = thread_index(id, workgroups, 64u);
-    if rank >= voxel_count(g) {
+    if rank >= voxel_dispatch[DISPATCH_RECORDS].voxels {
         return;
     }
     let index = grids[g].record_base + rank;
@@ -161,10 +166,10 @@ fn place_sheets(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
 
 // Drops further sheets that had no room, and gives orphans the mean normal and the nearest part of their neighbours.
 @compute @workgroup_size(64)
-fn finish(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+fn mend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
     let g = grid_index.x;
     let rank = thread_index(id, workgroups, 64u);
-    if rank >= voxel_count(g) {
+    if rank >= voxel_dispatch[DISPATCH_RECORDS].voxels {
         return;
     }
     let index = grids[g].record_base + rank;

@@ -28,118 +28,150 @@ const LARGE_COLUMNS: u32 = 64u;
 const SHARE_COLUMNS: u32 = 1024u;
 const MAX_SHARES: u32 = 256u;
 
+// A triangle's walk through the columns of its box. Everything in grid space.
 struct Walk {
     triangle: u32,
     slot: u32,
-    lo: vec3i,          // box, cells, both ends included
+    lo: vec3i,              // the box, cells, both ends included
     hi: vec3i,
     frame: ClosestFrame,
+    depth: vec3f,           // its plane: z = depth.x·x + depth.y·y + depth.z at a column's middle (x, y)
+    reach: f32,             // and so much beyond, anywhere in the column
+    side_ab: vec3f,         // a column may be met if side.x·x + side.y·y + side.z ≥ 0 for all three sides
+    side_bc: vec3f,
+    side_ca: vec3f,
 }
 
-// The triangle's box in the grid; empty (lo.x > hi.x) for those that have no part in it.
+// Columns are cut so much wider than they are: f32 may round a touching triangle away.
+const COLUMN_GROWTH: f32 = 0.015625;
+
+// A side of the triangle in columns, pushed out so that it counts for the whole square about a middle.
+fn side(from_corner: vec2f, to_corner: vec2f, outward: f32) -> vec3f {
+    let inward = vec2f(from_corner.y - to_corner.y, to_corner.x - from_corner.x) * outward;
+    return vec3f(inward, (abs(inward.x) + abs(inward.y)) * (0.5 + COLUMN_GROWTH) - dot(inward, from_corner));
+}
+
+// Empty (lo.x > hi.x) for triangles that have no part in this grid.
 fn walk_of(triangle: u32) -> Walk {
+    let g = grid_index.x;
     let corners = 3u * triangle;
     let v0 = indices[corners];
     let flags = materials[vertices[v0].part].flags;
-    let required = grids[grid_index.x].required_flags;
-    let a = grid_from_world(grids[grid_index.x], vertices[v0].position);
-    let b = grid_from_world(grids[grid_index.x], vertices[indices[corners + 1u]].position);
-    let c = grid_from_world(grids[grid_index.x], vertices[indices[corners + 2u]].position);
+    let required = grids[g].required_flags;
+    let a = grid_from_world(grids[g], vertices[v0].position);
+    let b = grid_from_world(grids[g], vertices[indices[corners + 1u]].position);
+    let c = grid_from_world(grids[g], vertices[indices[corners + 2u]].position);
     let low = min(min(a, b), c);
     let high = max(max(a, b), c);
-    let cells = vec3i(grids[grid_index.x].cells);
+    let cells = vec3i(grids[g].cells);
     var walk: Walk;
     walk.triangle = triangle;
     walk.frame = closest_frame(a, b, c);
-    walk.slot = slot_of(walk.frame.normal);
-    let ends = clamp(vec2f(low.z, high.z), vec2f(0.0), vec2f(f32(cells.z)));
-    let z = vec2f(slice_of(grids[grid_index.x], ends.x), slice_of(grids[grid_index.x], ends.y));
-    walk.lo = vec3i(clamp(floor(vec3f(low.xy, z.x) - CLAIM_GROWTH), vec3f(0.0), vec3f(cells)));
-    walk.hi = vec3i(clamp(floor(vec3f(high.xy, z.y) + CLAIM_GROWTH), vec3f(-1.0), vec3f(cells - 1)));
+    let n = walk.frame.normal;
+    walk.slot = slot_of(n);
+    let slices = slices_of(vec2f(low.z, high.z));
+    walk.lo = vec3i(clamp(floor(vec3f(low.xy - COLUMN_GROWTH, slices.x)), vec3f(0.0), vec3f(cells)));
+    walk.hi = vec3i(clamp(floor(vec3f(high.xy + COLUMN_GROWTH, slices.y)), vec3f(-1.0), vec3f(cells - 1)));
     if (flags & required) != required || walk.frame.inverse_square.w == 0.0 || any(walk.lo > walk.hi) {
-        walk.hi.x = -1;
-        walk.lo.x = 0;
+        walk.lo = vec3i(0);
+        walk.hi = vec3i(-1);
     }
+    let steep = 1.0 / select(n.z, select(-1e-9, 1e-9, n.z >= 0.0), abs(n.z) < 1e-9);
+    walk.depth = vec3f(-n.xy * steep, a.z + dot(n.xy, a.xy) * steep);
+    walk.reach = (abs(n.x) + abs(n.y)) * (0.5 + COLUMN_GROWTH) * abs(steep);
+    let outward = select(-1.0, 1.0, n.z >= 0.0);
+    walk.side_ab = side(a.xy, b.xy, outward);
+    walk.side_bc = side(b.xy, c.xy, outward);
+    walk.side_ca = side(c.xy, a.xy, outward);
     return walk;
 }
 
-// The ends, in slices, of the plane's way through a column.
-fn depth_range(walk: Walk, column: vec2i) -> vec2i {
-    let n = walk.frame.normal;
-    let steep = select(n.z, select(-1e-12, 1e-12, n.z >= 0.0), abs(n.z) < 1e-12);
-    let middle = vec2f(column) + 0.5 - walk.frame.a.xy;
-    let center = walk.frame.a.z - dot(n.xy, middle) / steep;
-    let reach = (abs(n.x) + abs(n.y)) * (0.5 + CLAIM_GROWTH) / abs(steep);
-    let ends = clamp(vec2f(center - reach, center + reach), vec2f(0.0), vec2f(f32(grids[grid_index.x].cells.z)));
-    let lo = slice_of(grids[grid_index.x], ends.x);
-    let hi = slice_of(grids[grid_index.x], ends.y);
-    return vec2i(vec2f(
-        max(floor(lo - CLAIM_GROWTH), f32(walk.lo.z)),
-        min(floor(hi + CLAIM_GROWTH), f32(walk.hi.z)),
-    ));
-}
-
-fn compete(walk: Walk, cell: vec3i, rank: u32) {
-    let g = grid_index.x;
-    let claim = claim_of(grids[g], walk.frame, cell);
-    if claim.nearness != 0u && rank < grids[g].record_capacity {
-        atomicMax(&keys[6u * rank + walk.slot], (claim.nearness << 24u) | walk.triangle);
+// The slices of two depths in grid space, a little apart.
+fn slices_of(ends: vec2f) -> vec2f {
+    let growth = vec2f(-COLUMN_GROWTH, COLUMN_GROWTH);
+    if PROJECTION == ORTHOGRAPHIC {
+        return ends + growth;
     }
+    let g = grid_index.x;
+    let within = clamp(ends, vec2f(0.0), vec2f(f32(grids[g].cells.z)));
+    return vec2f(slice_of(grids[g], within.x), slice_of(grids[g], within.y)) + growth;
 }
 
-// Walks the columns `first`, `first + stride`, … of the box.
-fn walk_columns(walk: Walk, first: u32, stride: u32) {
-    let size = vec2u(walk.hi.xy - walk.lo.xy + 1);
-    let columns = size.x * size.y;
-    let per_column = grids[grid_index.x].words_per_column;
-    var next_column = first;
-    var column = vec2i(0);
-    var column_word = 0u;       // of the column's first word
-    var word = 1u;              // within the column
+fn slabs_of(slice: i32) -> vec2f {
+    if PROJECTION == ORTHOGRAPHIC {
+        return vec2f(0.0, 1.0) + f32(slice);
+    }
+    return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));
+}
+
+// Walks every `stride`th column of the box from the column `first` on, counted row by row.
+fn walk_columns(walk: Walk, first: vec2i, stride: vec2i) {
+    let g = grid_index.x;
+    let capacity = grids[g].record_capacity;
+    let per_column = grids[g].words_per_column;
+    let across = grids[g].cells.x;
+    let word_base = grids[g].word_base;
+    var column = walk.lo.xy + first;
+    var before = true;          // the column is still to be looked at
+    var word = 0u;
     var last_word = 0u;
     var ends = vec2i(0);
     var bits = 0u;
     var rank = 0u;
     loop {
-        // Step to the next marked voxel …
-        loop {
-            if bits != 0u {
-                break;
-            }
-            if word >= last_word {
-                if next_column >= columns {
-                    break;
+        if bits == 0u {
+            if before {
+                // The next column that the triangle may meet …
+                while column.y <= walk.hi.y {
+                    let middle = vec3f(vec2f(column) + 0.5, 1.0);
+                    let depth = dot(walk.depth, middle);
+                    let slices = slices_of(vec2f(depth - walk.reach, depth + walk.reach));
+                    ends = vec2i(floor(vec2f(max(slices.x, f32(walk.lo.z)), min(slices.y, f32(walk.hi.z)))));
+                    let met = min(min(dot(walk.side_ab, middle), dot(walk.side_bc, middle)), dot(walk.side_ca, middle));
+                    if met >= 0.0 && ends.x <= ends.y {
+                        break;
+                    }
+                    column = next_column(walk, column, stride);
                 }
-                column = walk.lo.xy + vec2i(vec2u(next_column % size.x, next_column / size.x));
-                next_column += stride;
-                ends = depth_range(walk, column);
-                column_word = grids[grid_index.x].word_base
-                    + (u32(column.y) * grids[grid_index.x].cells.x + u32(column.x)) * per_column;
-                if ends.x > ends.y {
-                    word = 1u;
-                    last_word = 0u;
-                    continue;
+                if column.y > walk.hi.y {
+                    break;
                 }
                 word = u32(ends.x) >> 5u;
                 last_word = u32(ends.y) >> 5u;
-            } else {
-                word++;
             }
-            let whole = occupancy[column_word + word];
+            // … and what is marked in its next word …
+            let index = word_base + (u32(column.y) * across + u32(column.x)) * per_column + word;
+            let whole = occupancy[index];
             let first_slice = i32(word * 32u);
             let from_slice = u32(max(ends.x - first_slice, 0));
             let to_slice = u32(min(ends.y - first_slice, 31));
             bits = whole & (0xffffffffu << from_slice) & (0xffffffffu >> (31u - to_slice));
-            rank = ranks[column_word + word] + countOneBits(whole & ~(0xffffffffu << from_slice));
+            rank = ranks[index] + countOneBits(whole & ~(0xffffffffu << from_slice));
+        }
+        if bits != 0u {
+            // … to compete for.
+            let cell = vec3i(column, i32(word * 32u + countTrailingZeros(bits)));
+            let claim = claim_of(walk.frame, cell, slabs_of(cell.z));
+            if claim.nearness != 0u && rank < capacity {
+                atomicMax(&keys[6u * rank + walk.slot], (claim.nearness << 24u) | walk.triangle);
+            }
+            bits &= bits - 1u;
+            rank++;
         }
         if bits == 0u {
-            break;
+            before = word == last_word;
+            word++;
+            if before {
+                column = next_column(walk, column, stride);
+            }
         }
-        // … then compete for it.
-        compete(walk, vec3i(column, i32(word * 32u + countTrailingZeros(bits))), rank);
-        bits &= bits - 1u;
-        rank++;
     }
+}
+
+fn next_column(walk: Walk, column: vec2i, stride: vec2i) -> vec2i {
+    let next = column + stride;
+    let over = next.x > walk.hi.x;
+    return select(next, vec2i(next.x - (walk.hi.x - walk.lo.x + 1), next.y + 1), over);
 }
 
 fn column_count(walk: Walk) -> u32 {
@@ -172,7 +204,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
             return;
         }
     }
-    walk_columns(walk, 0u, 1u);
+    walk_columns(walk, vec2i(0), vec2i(1, 0));
 }
 
 // A workgroup a share of a large triangle.
@@ -180,5 +212,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
 fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) thread: u32) {
     let share = large_shares[workgroup.x];
     let walk = walk_of(share & 0xffffffu);
-    walk_columns(walk, (share >> 24u) * 64u + thread, share_count(walk) * 64u);
+    let first = (share >> 24u) * 64u + thread;
+    let stride = share_count(walk) * 64u;
+    let width = u32(walk.hi.x - walk.lo.x + 1);
+    walk_columns(walk, vec2i(vec2u(first % width, first / width)), vec2i(vec2u(stride % width, stride / width)));
 }

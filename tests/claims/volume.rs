@@ -17,8 +17,8 @@ pub(crate) struct Bench {
     pub(crate) positions: Vec<(Vec3, Vec3)>,
     pub(crate) indices: Vec<[u32; 3]>,
     pub(crate) volume: Volume,
-    voxelizer: Box<dyn Voxelizer>,
-    resolve: Resolve,
+    pub(crate) voxelizer: Box<dyn Voxelizer>,
+    pub(crate) resolve: Resolve,
 }
 
 impl Bench {

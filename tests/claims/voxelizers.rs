@@ -21,8 +21,11 @@ type Triangle = [Vec3; 3];
 
 /// Triangles in world space, as `animate` would leave them.
 fn upload(triangles: &[Triangle]) -> Triangles {
-    let vertices: Vec<Vertex> =
-        triangles.iter().flatten().map(|&position| Vertex { position, part: 0, normal: Vec3::Z, _pad: 0 }).collect();
+    let vertices: Vec<Vertex> = triangles
+        .iter()
+        .flatten()
+        .map(|&position| Vertex { position, part: 0, normal: Vec3::Z, mirrored: 0 })
+        .collect();
     let count = u32::try_from(triangles.len()).unwrap();
     let indices: Vec<[u32; 3]> = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     let material: PartMaterial = bytemuck::Zeroable::zeroed();
