@@ -9,6 +9,7 @@ mod output;
 mod render;
 mod voxels;
 
+use crate::app;
 use crate::bench::{self, BenchError};
 use crate::golden::GoldenError;
 use crate::gpu::{Gpu, GpuError};
@@ -43,6 +44,8 @@ enum Failure {
     #[error("{0}")]
     Bench(#[from] BenchError),
     #[error("{0}")]
+    App(#[from] app::AppError),
+    #[error("{0}")]
     Other(String),
     /// Whoever read our output has gone: no fault of anyone.
     #[error("the reader of the output has gone")]
@@ -75,7 +78,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     let mut out = Output::default();
     let adapter = &arguments.adapter;
     match arguments.command {
-        None => window(arguments.path, &arguments.sets),
+        None => window(arguments),
         Some(Command::Render(options)) => render::run(&options, adapter),
         Some(Command::Voxelize(options)) => voxels::run(&options, adapter, &mut out),
         Some(Command::List(options)) => list::run(&options, &mut out),
@@ -86,10 +89,13 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     }
 }
 
-/// Opens the window.
-fn window(path: Option<PathBuf>, sets: &[String]) -> Result<Outcome, Failure> {
-    let _ = (path, sets);
-    Err(Failure::Other("the window is being built; use `murrine render`".to_owned()))
+/// Opens the window; what it logs goes to stderr, as much as `MURRINE_LOG` says (error, warn, info, debug).
+fn window(arguments: Arguments) -> Result<Outcome, Failure> {
+    let level = std::env::var("MURRINE_LOG").ok().and_then(|l| l.parse().ok()).unwrap_or(tracing::Level::WARN);
+    tracing_subscriber::fmt().with_writer(std::io::stderr).with_max_level(level).init();
+    let Arguments { path: scene, sets, quit_after, adapter, .. } = arguments;
+    app::run(app::Options { scene, sets, adapter: adapter.choice(), shaders: None, quit_after })?;
+    Ok(Outcome::Good)
 }
 
 /// Reads and loads each scene; all are tried.

@@ -168,8 +168,8 @@ impl Frame {
                 compose::Input { radiance, channel, volume, materials, surroundings, effect: &scene.effect, view };
             self.compose.record(&mut rec, &input, &self.picture);
         }
+        self.volume.count(&mut rec);
         let times = rec.finish()?;
-        self.volume.count(gpu);
         self.last = Some(inputs);
         Ok(times)
     }
@@ -209,12 +209,23 @@ impl Frame {
         Ok(())
     }
 
+    /// Forgets the last frame, so that the next one runs every stage: for timing them.
+    pub fn forget(&mut self) {
+        self.last = None;
+    }
+
     /// True once the last frame had room for every record; else render again ([`Volume::fit`] grows).
     ///
     /// # Errors
     /// When the device is lost.
     pub fn settle(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.volume.settle(gpu)
+    }
+
+    /// As [`Frame::settle`], from the counts that have come back so far, without waiting.
+    pub fn had_room(&mut self, gpu: &Gpu) -> bool {
+        self.volume.take_counts(gpu);
+        self.volume.fits()
     }
 
     /// The picture, `rgba8unorm` holding sRGB-encoded values.

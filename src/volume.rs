@@ -170,9 +170,14 @@ impl Volume {
         rec.encoder.clear_buffer(&self.counters, grid as u64 * counters, Some(counters));
     }
 
-    /// After a frame is submitted: asks for its counts, which come back a frame late. Never waits.
-    pub fn count(&mut self, gpu: &Gpu) {
-        self.counts.ask(gpu, &self.counters, self.regions.generation);
+    /// At the end of a frame: asks for its counts, which come back a frame late. Never waits.
+    pub fn count(&mut self, rec: &mut Recorder<'_>) {
+        self.counts.ask(rec, &self.counters, self.regions.generation);
+    }
+
+    /// Takes in the counts that have come back since; never waits.
+    pub fn take_counts(&mut self, gpu: &Gpu) {
+        self.counts.poll(gpu);
     }
 
     /// Waits for the counts of the last frame: true if every record had room. Headless only.

@@ -224,6 +224,13 @@ pub fn of_key(key: Key, modifiers: egui::Modifiers) -> Option<ActionId> {
     ACTIONS.iter().find(|a| a.keys.iter().any(|c| c.matches(key, modifiers))).map(|a| a.id)
 }
 
+/// True for actions that a held key repeats.
+#[must_use]
+pub fn repeats(id: ActionId) -> bool {
+    use ActionId::{LargerText, NextScene, PreviousScene, Redo, SmallerText, StepBack, StepForward, Undo};
+    matches!(id, StepBack | StepForward | NextScene | PreviousScene | Undo | Redo | LargerText | SmallerText)
+}
+
 /// The line of an action.
 #[must_use]
 pub fn action_of(id: ActionId) -> Option<&'static Action> {

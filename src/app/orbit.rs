@@ -48,12 +48,10 @@ pub fn frame(camera: &mut Camera, bounds: &Bounds, aspect: f32) {
         return;
     }
     let (_, back) = axes(camera);
-    let half_height = (camera.fov_deg.to_radians() * 0.5).tan();
-    let half = (half_height * aspect.clamp(0.01, 1.0)).atan();
-    #[expect(clippy::cast_possible_truncation, reason = "the camera is f32")]
-    let radius = (bounds.radius() as f32).max(*DISTANCES.start());
-    camera.target = bounds.center().as_vec3();
-    camera.eye = camera.target + back * (radius / half.sin()).clamp(*DISTANCES.start(), *DISTANCES.end());
+    *camera = camera.framing(bounds, -back);
+    if aspect < 1.0 {
+        zoom(camera, 1.0 / aspect.max(0.01));
+    }
 }
 
 /// Unit `up`, and the unit direction from the target to the eye; sane even for a camera that is not.

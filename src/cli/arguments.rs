@@ -18,6 +18,9 @@ pub(super) struct Arguments {
     /// Change the scene: path=value, such as effect.max_events=4 or model.0.material.0.ior=1.3
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub(super) sets: Vec<String>,
+    /// For tests: close the window after so many paintings
+    #[arg(long, hide = true)]
+    pub(super) quit_after: Option<u64>,
     #[command(flatten)]
     pub(super) adapter: Adapter,
     #[command(subcommand)]

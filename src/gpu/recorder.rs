@@ -85,10 +85,11 @@ impl<'g> Recorder<'g> {
     /// When the device is lost.
     pub fn finish(mut self) -> Result<StageTimes, GpuError> {
         self.end_stage()?;
-        let timed = self.timing == Timing::Timestamps;
-        let slot = if timed { self.gpu.clock.resolve(&mut self.encoder, self.marks) } else { None };
+        if self.timing == Timing::Timestamps {
+            self.times = self.gpu.clock.resolve(self.gpu, &mut self.encoder, self.marks);
+        }
         self.gpu.queue.submit([self.encoder.finish()]);
-        Ok(if timed { self.gpu.clock.submitted(self.gpu, slot) } else { self.times })
+        Ok(self.times)
     }
 
     fn end_stage(&mut self) -> Result<(), GpuError> {

@@ -1,7 +1,7 @@
 //! The device's counts, read back without waiting: a small ring of staging buffers.
 
 use super::GridCounters;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, Recorder};
 use crate::grid::MAX_GRIDS;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -33,8 +33,10 @@ struct Pending {
 }
 
 impl Counts {
-    /// Asks for `counters` as they will be when all that is submitted is done.
-    pub(super) fn ask(&mut self, gpu: &Gpu, counters: &wgpu::Buffer, generation: u64) {
+    /// Asks for `counters` as they will be when all that is recorded is done. Part of the frame's own submission: a
+    /// second one would wait on some drivers (lavapipe) until the first is done.
+    pub(super) fn ask(&mut self, rec: &mut Recorder<'_>, counters: &wgpu::Buffer, generation: u64) {
+        let gpu = rec.gpu;
         self.poll(gpu);
         if self.ring.len() < RING && self.ring.iter().all(|s| s.pending.is_some()) {
             let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -46,11 +48,9 @@ impl Counts {
             self.ring.push(Staging { buffer, pending: None });
         }
         let Some(free) = self.ring.iter_mut().find(|s| s.pending.is_none()) else { return };
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("counts") });
-        encoder.copy_buffer_to_buffer(counters, 0, &free.buffer, 0, free.buffer.size());
-        gpu.queue.submit([encoder.finish()]);
+        rec.encoder.copy_buffer_to_buffer(counters, 0, &free.buffer, 0, free.buffer.size());
         let (sender, answer) = channel();
-        free.buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        rec.encoder.map_buffer_on_submit(&free.buffer, wgpu::MapMode::Read, .., move |result| {
             // Nobody listens any more once the volume is dropped.
             let _ = sender.send(result);
         });

@@ -1,0 +1,37 @@
+//! How the grids are marked and filled.
+
+use super::rows::{choice, log_slider, name_choice, quiet, row, slider};
+use crate::scene::description::{Separability, VoxelizerSettings};
+use crate::voxelize::{METHODS, Promise, method};
+use egui::Ui;
+
+/// Method and its options.
+pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
+    let names = METHODS.iter().map(|m| (m.name, m.summary));
+    if let Some(name) = name_choice(ui, "Method", "how triangles mark voxels", &settings.method, names) {
+        settings.method = name;
+    }
+    if let Ok(method) = method(&settings.method) {
+        let promise = match method.promise {
+            Promise::Exact => "exact",
+            Promise::Approximate => "approximate",
+        };
+        quiet(ui, format!("{} · {promise} · {}", method.summary, method.paper.short));
+    }
+    row(ui, "Separability", "26: every voxel that the surface touches; 6: thin", |ui| {
+        ui.selectable_value(&mut settings.separability, Separability::TwentySix, "26");
+        ui.selectable_value(&mut settings.separability, Separability::Six, "6");
+    });
+    match settings.method.as_str() {
+        "slice-amplified" => {
+            let hint = "fraction of a voxel by which slices overlap";
+            slider(ui, "Slice overlap", hint, &mut settings.slice_overlap, 0.0..=1.0);
+        }
+        "hybrid" => {
+            let hint = "triangles that cover more voxels² than this go to fragments";
+            log_slider(ui, "Cut-off", hint, &mut settings.cutoff_cells2, 0.1..=10_000.0);
+        }
+        _ => {}
+    }
+    choice(ui, "Fill", "how the interior is made", &mut settings.fill);
+}

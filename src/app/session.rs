@@ -1,0 +1,254 @@
+//! What is open and what is done to it: the scene, its models, time, view, edits and notices.
+//!
+//! Knows neither window nor device, so that all of it can be tested without.
+
+use super::history::History;
+use super::loader::{Answer, Loaded, Reason};
+use super::notices::{Notices, Severity, Topic};
+use super::orbit;
+use super::timeline::Timeline;
+use super::view::View;
+use crate::scene::framing::bounds_of_bodies;
+use crate::scene::{Scene, World};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Everything that the panels show and change.
+#[derive(Debug, Default)]
+pub struct Session {
+    /// The scene as it is shown.
+    pub scene: Scene,
+    /// What it names, loaded.
+    pub world: World,
+    /// Its file; `None` for the built-in scene.
+    pub path: Option<PathBuf>,
+    /// The scene as its file has it.
+    pub as_read: Scene,
+    /// Time.
+    pub timeline: Timeline,
+    /// What is shown of it.
+    pub view: View,
+    /// What the user should know.
+    pub notices: Notices,
+    /// Edits.
+    pub history: History,
+    /// True once a scene has been shown.
+    pub is_open: bool,
+    /// Counts the worlds that were put in place, so that a change is known without comparing them.
+    pub world_number: u64,
+}
+
+impl Session {
+    /// Name for titles and pictures: the file's, without its ending.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let stem = self.path.as_deref().and_then(Path::file_stem);
+        stem.map_or_else(|| "murrine".to_owned(), |s| s.to_string_lossy().into_owned())
+    }
+
+    /// True when the scene differs from its file in more than the camera.
+    #[must_use]
+    pub fn is_edited(&self) -> bool {
+        !super::history::is_same_edit(&self.scene, &self.as_read)
+    }
+
+    /// Takes in what a job brought. A failure keeps the last good state and tells.
+    pub fn receive(&mut self, answer: Answer) {
+        let Answer { reason, path, result, .. } = answer;
+        match result {
+            Err(error) => self.notices.tell(Topic::Scene, Severity::Error, error.to_string()),
+            Ok(loaded) => {
+                self.notices.clear(Topic::Scene);
+                let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+                self.notices.set(Topic::SceneWarnings, Severity::Warning, warnings);
+                match reason {
+                    Reason::Open => self.open(path, loaded),
+                    Reason::Reload | Reason::Changed => self.reload(loaded, reason),
+                }
+            }
+        }
+    }
+
+    fn open(&mut self, path: Option<PathBuf>, loaded: Loaded) {
+        let Loaded { scene, world, .. } = loaded;
+        self.history = History::new(&scene, &world);
+        self.timeline = Timeline { time_secs: 0.0, playing: true, duration_secs: world.duration_secs(&scene) };
+        self.notices.clear(Topic::Frame);
+        self.path = path;
+        self.as_read = scene.clone();
+        self.scene = scene;
+        self.put_world(world);
+        self.is_open = true;
+    }
+
+    fn reload(&mut self, loaded: Loaded, reason: Reason) {
+        let Loaded { scene, world, .. } = loaded;
+        // A file that says what it said before (we may have written it ourselves) leaves edits alone.
+        if reason == Reason::Reload || scene != self.as_read {
+            // Whoever looks from somewhere else keeps looking from there, unless the file's camera was moved.
+            let camera = if scene.camera == self.as_read.camera { self.scene.camera } else { scene.camera };
+            self.as_read = scene.clone();
+            self.scene = Scene { camera, ..scene };
+        }
+        if !is_same_world(&world, &self.world) {
+            self.put_world(world);
+        }
+        self.history.observe(&self.scene, &self.world, false);
+        self.settle_time();
+    }
+
+    fn put_world(&mut self, world: World) {
+        self.world = world;
+        self.world_number += 1;
+    }
+
+    /// Works out the duration anew, after an edit of clips or deformers.
+    pub fn settle_time(&mut self) {
+        self.timeline.duration_secs = self.world.duration_secs(&self.scene);
+    }
+
+    /// Notes edits once a drag is over.
+    pub fn observe_edits(&mut self, dragging: bool) {
+        if self.is_open {
+            self.history.observe(&self.scene, &self.world, dragging);
+        }
+    }
+
+    /// Takes the last edit back.
+    pub fn undo(&mut self) {
+        if self.history.undo(&mut self.scene, &mut self.world) {
+            self.world_number += 1;
+            self.settle_time();
+        }
+    }
+
+    /// Makes it again.
+    pub fn redo(&mut self) {
+        if self.history.redo(&mut self.scene, &mut self.world) {
+            self.world_number += 1;
+            self.settle_time();
+        }
+    }
+
+    /// The scene as its file has it, but for the camera's place; can be undone.
+    pub fn reset_scene(&mut self) {
+        let camera = self.scene.camera;
+        self.scene = self.as_read.clone();
+        (self.scene.camera.eye, self.scene.camera.target, self.scene.camera.up) =
+            (camera.eye, camera.target, camera.up);
+        self.settle_time();
+    }
+
+    /// The camera as the file has it.
+    pub fn reset_camera(&mut self) {
+        self.scene.camera = self.as_read.camera;
+    }
+
+    /// Brings every model but the planes into a picture of this aspect.
+    pub fn frame_all(&mut self, aspect: f32) {
+        let bounds = bounds_of_bodies(&self.scene, &self.world);
+        orbit::frame(&mut self.scene.camera, &bounds, aspect);
+    }
+
+    /// Every file that is shown: a change of one is a reason to read again.
+    #[must_use]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files: Vec<PathBuf> = self.path.clone().into_iter().collect();
+        files.extend(self.world.origins.iter().flat_map(|o| o.files.iter().map(|f| f.path.clone())));
+        if let crate::scene::description::Background::Environment { file, .. } = &self.scene.background {
+            files.push(self.scene.folder.join(file));
+        }
+        files
+    }
+
+    /// Writes the scene to `path`, whole or not at all, and goes on with that file.
+    pub fn save(&mut self, path: &Path) {
+        match write_whole(path, &crate::scene::file::to_toml(&self.scene)) {
+            Ok(()) => {
+                self.as_read = self.scene.clone();
+                self.path = Some(path.to_owned());
+                self.notices.tell(Topic::Files, Severity::Done, format!("saved {}", path.display()));
+            }
+            Err(e) => {
+                let text = format!("{}: not saved: {e}; choose another place with \"Save as\"", path.display());
+                self.notices.tell(Topic::Files, Severity::Error, text);
+            }
+        }
+    }
+
+    /// Where Ctrl+S writes: the scene's own file; beside a model that was opened alone; else the current folder.
+    #[must_use]
+    pub fn save_path(&self) -> PathBuf {
+        match &self.path {
+            Some(path) if is_scene(path) => path.clone(),
+            Some(model) => model.with_extension("toml"),
+            None => PathBuf::from("murrine.toml"),
+        }
+    }
+}
+
+/// True when both hold the very same geometry and pictures.
+fn is_same_world(a: &World, b: &World) -> bool {
+    let models = a.models.len() == b.models.len() && a.models.iter().zip(&b.models).all(|(x, y)| Arc::ptr_eq(x, y));
+    let environments = match (&a.environment, &b.environment) {
+        (Some(x), Some(y)) => Arc::ptr_eq(x, y),
+        (None, None) => true,
+        _ => false,
+    };
+    models && environments
+}
+
+/// True for a scene file's name.
+#[must_use]
+pub fn is_scene(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// True for a file's name that can be opened.
+#[must_use]
+pub fn can_open(path: &Path) -> bool {
+    let is_model = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf");
+    is_scene(path) || path.extension().is_some_and(is_model)
+}
+
+/// The file `by` places after this one among those of its kind in its folder, round and round.
+#[must_use]
+pub fn neighbour(path: &Path, by: i32) -> Option<PathBuf> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let entries = std::fs::read_dir(folder).ok()?;
+    let of_kind = |p: &PathBuf| can_open(p) && is_scene(p) == is_scene(path);
+    let mut names: Vec<_> = entries
+        .flatten()
+        .map(|e| e.path())
+        .filter(of_kind)
+        .filter_map(|p| p.file_name().map(ToOwned::to_owned))
+        .collect();
+    names.sort();
+    let here = names.iter().position(|n| Some(n.as_os_str()) == path.file_name());
+    let count = i32::try_from(names.len()).ok().filter(|c| *c > 0)?;
+    let at = here.map_or(0, |h| (i32::try_from(h).unwrap_or(0) + by).rem_euclid(count));
+    let name = names.get(usize::try_from(at).ok()?)?;
+    Some(path.with_file_name(name))
+}
+
+fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+    use std::io::Write as _;
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut file = tempfile::Builder::new().prefix(".murrine-").suffix(".toml").tempfile_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.as_file().sync_all()?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // As the file had it that is replaced, else as everyone's files are.
+        let mode = std::fs::metadata(path).map_or(0o644, |m| m.permissions().mode() & 0o777);
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(mode))?;
+    }
+    file.persist(path).map(drop).map_err(|e| e.error)
+}

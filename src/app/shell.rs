@@ -1,0 +1,552 @@
+//! The event loop. It sleeps until something happens: an input, a finished frame, a file, a moment that was asked for.
+
+use super::actions::{self, ActionId};
+use super::loader::{Answer, Job, Loader, Reason};
+use super::notices::{Severity, Topic};
+use super::painter::{PaintInput, Painted};
+use super::panels::{self, Chrome, Command, Stage};
+use super::pictures::{Next, Wish};
+use super::session::{self, Session};
+use super::timeline::KEY_STEP_SECS;
+use super::watch::{Change, Watcher};
+use super::window::Opened;
+use super::{AppError, Options, screenshot};
+use crate::gpu::{GpuError, buffer};
+use glam::UVec2;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::application::ApplicationHandler;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Fullscreen, Window, WindowId};
+
+/// Size of the window at first, points.
+const SIZE: winit::dpi::LogicalSize<f64> = winit::dpi::LogicalSize::new(1280.0, 800.0);
+/// Before a surface that was not ready is tried again.
+const RETRY: Duration = Duration::from_millis(15);
+/// How often a lost device is opened again before the program gives up.
+const MOST_REOPENINGS: u32 = 3;
+/// Factor of text size by key.
+const TEXT_STEP: f32 = 1.1;
+
+/// What other threads tell the loop.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// A scene was read.
+    Loaded(Box<Answer>),
+    /// The device finished a frame, or was lost.
+    FrameDone(Result<(), String>),
+    /// A file changed.
+    Changed(Change),
+    /// The device complains.
+    Complaint(String),
+    /// A screenshot was written, or not.
+    Shot(Result<PathBuf, String>),
+}
+
+/// How other threads reach the loop.
+#[derive(Debug, Clone)]
+pub(super) struct Proxy(EventLoopProxy<Event>);
+
+impl Proxy {
+    pub(super) fn send(&self, event: Event) {
+        // A loop that has ended needs no news.
+        let _ = self.0.send_event(event);
+    }
+}
+
+/// Runs the event loop until the window is closed.
+///
+/// # Errors
+/// When there is no display or no usable adapter.
+pub fn run(options: Options) -> Result<(), AppError> {
+    let event_loop = EventLoop::with_user_event().build().map_err(|e| AppError::NoDisplay(e.to_string()))?;
+    let proxy = Proxy(event_loop.create_proxy());
+    let loaded = proxy.clone();
+    let loader = Loader::start(move |answer| loaded.send(Event::Loaded(Box::new(answer))))
+        .map_err(|e| AppError::System(format!("a thread: {e}")))?;
+    let mut shell = Shell {
+        started: Instant::now(),
+        session: Session::default(),
+        chrome: Chrome::default(),
+        loader,
+        watcher: None,
+        wanted: options.scene.clone(),
+        job_number: 0,
+        opened: None,
+        redraw_at: None,
+        last_tick: None,
+        wish: Wish::default(),
+        shot: false,
+        held_keys: Vec::new(),
+        painted: 0,
+        reopenings: 0,
+        title: String::new(),
+        failed: None,
+        options,
+        proxy,
+    };
+    shell.start_watching();
+    shell.request(Reason::Open, shell.wanted.clone());
+    event_loop.run_app(&mut shell).map_err(|e| AppError::NoDisplay(e.to_string()))?;
+    shell.failed.map_or(Ok(()), Err)
+}
+
+struct Shell {
+    options: Options,
+    proxy: Proxy,
+    started: Instant,
+    session: Session,
+    chrome: Chrome,
+    loader: Loader,
+    watcher: Option<Watcher>,
+    /// The file that was asked for last, whether or not it could be opened.
+    wanted: Option<PathBuf>,
+    job_number: u64,
+    opened: Option<Opened>,
+    redraw_at: Option<Instant>,
+    /// When time was last advanced, while it runs.
+    last_tick: Option<Instant>,
+    wish: Wish,
+    /// A screenshot is to be taken as soon as the picture is sharp.
+    shot: bool,
+    held_keys: Vec<egui::Key>,
+    painted: u64,
+    reopenings: u32,
+    title: String,
+    failed: Option<AppError>,
+}
+
+impl ApplicationHandler<Event> for Shell {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.opened.is_some() {
+            return;
+        }
+        let attributes = Window::default_attributes().with_title("murrine").with_inner_size(SIZE);
+        let window = event_loop.create_window(attributes).map_err(|e| AppError::NoDisplay(e.to_string()));
+        match window.and_then(|w| self.open(Arc::new(w))) {
+            Ok(()) => tracing::info!(ms = self.started.elapsed().as_millis(), "the window is open"),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            self.redraw_at = None;
+            self.redraw();
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
+        match event {
+            Event::Loaded(answer) => self.receive(*answer),
+            Event::FrameDone(result) => self.frame_done(event_loop, result),
+            Event::Changed(Change::Scene) => self.files_changed(),
+            Event::Changed(Change::Shader) => self.shaders_changed(),
+            Event::Complaint(text) => {
+                tracing::error!("{text}");
+                self.session.notices.set(Topic::Device, Severity::Error, [text]);
+            }
+            Event::Shot(Ok(path)) => {
+                let text = format!("screenshot: {}", path.display());
+                self.session.notices.tell(Topic::Files, Severity::Done, text);
+            }
+            Event::Shot(Err(text)) => self.session.notices.tell(Topic::Files, Severity::Error, text),
+        }
+        self.redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(opened) = &mut self.opened else { return };
+        if !matches!(event, WindowEvent::RedrawRequested) && opened.egui.on_window_event(&opened.window, &event).repaint
+        {
+            self.redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => self.draw(event_loop),
+            WindowEvent::DroppedFile(path) => {
+                self.chrome.dropping = false;
+                self.open_file(&path);
+            }
+            WindowEvent::HoveredFile(_) => self.chrome.dropping = true,
+            WindowEvent::HoveredFileCancelled => self.chrome.dropping = false,
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        event_loop.set_control_flow(self.redraw_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+    }
+}
+
+impl Shell {
+    fn open(&mut self, window: Arc<Window>) -> Result<(), AppError> {
+        let opened = Opened::new(window, &self.options.adapter, self.options.shaders.as_deref(), &self.proxy)?;
+        match &opened.shader_fault {
+            Some(fault) => self.session.notices.tell(Topic::Shaders, Severity::Warning, fault.clone()),
+            None => self.session.notices.clear(Topic::Shaders),
+        }
+        self.opened = Some(opened);
+        self.redraw();
+        Ok(())
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
+        self.failed = Some(error);
+        event_loop.exit();
+    }
+
+    /// Asks for a painting; one that comes while the device works is put off until the frame is done, since it would
+    /// only wait for it.
+    fn redraw(&mut self) {
+        if let Some(opened) = self.opened.as_ref().filter(|o| !o.pictures.is_in_flight()) {
+            opened.window.request_redraw();
+        }
+    }
+
+    fn redraw_after(&mut self, delay: Duration) {
+        if let Some(at) = Instant::now().checked_add(delay) {
+            self.redraw_at = Some(self.redraw_at.map_or(at, |known| known.min(at)));
+        }
+    }
+
+    fn draw(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(opened) = &mut self.opened else { return };
+        let size = opened.size();
+        if opened.pictures.is_in_flight() || size.min_element() == 0 || opened.window.is_minimized() == Some(true) {
+            return;
+        }
+        opened.painter.resize(size);
+        self.tick();
+        let place = match self.paint(event_loop) {
+            Ok(place) => place,
+            Err(error) => return self.fail(event_loop, error),
+        };
+        if let Err(error) = self.advance(place) {
+            self.frame_failed(event_loop, &error, place);
+        }
+        self.name_window();
+        self.painted += 1;
+        if self.options.quit_after.is_some_and(|most| self.painted >= most) {
+            event_loop.exit();
+        }
+    }
+
+    /// Moves time on by what has passed since the last painting.
+    fn tick(&mut self) {
+        let now = Instant::now();
+        let elapsed = self.last_tick.map_or(0.0, |last| now.duration_since(last).as_secs_f64());
+        if !self.shot {
+            self.session.timeline.advance(elapsed);
+        }
+        self.last_tick = self.session.timeline.is_running().then_some(now);
+    }
+
+    /// Runs and paints the interface; returns the picture's size in pixels.
+    fn paint(&mut self, event_loop: &ActiveEventLoop) -> Result<UVec2, AppError> {
+        let Some(opened) = &mut self.opened else { return Ok(UVec2::ZERO) };
+        let ctx = opened.egui.egui_ctx().clone();
+        let mut input = opened.egui.take_egui_input(&opened.window);
+        let mut commands: Vec<Command> = take_keys(&ctx, &mut input, &mut self.held_keys);
+        let picture = opened.pictures.picture().cloned();
+        let picture = picture.map(|p| opened.painter.picture_id(&opened.gpu, &p));
+        let mut stage = Stage {
+            session: &mut self.session,
+            chrome: &mut self.chrome,
+            measured: opened.pictures.measured(),
+            frame: Some(opened.pictures.frame()),
+            adapter: &opened.adapter,
+            picture,
+            commands: Vec::new(),
+        };
+        let mut shown = (egui::Rect::NOTHING, false);
+        let output = ctx.run_ui(input, |ui| {
+            stage.commands.clear();
+            shown = panels::show(ui, &mut stage);
+        });
+        commands.append(&mut stage.commands);
+        opened.egui.handle_platform_output_with_event_loop(&opened.window, event_loop, output.platform_output);
+        let (place, times_on_view) = shown;
+        let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
+        let pixels_per_point = output.pixels_per_point;
+        let input = PaintInput { shapes: output.shapes, textures: output.textures_delta, pixels_per_point };
+        let painted = opened.painter.paint(&opened.gpu, &opened.window, &ctx, input);
+        if painted == Painted::Lost {
+            opened.replace_surface()?;
+        }
+        self.wish.timestamps = times_on_view;
+        let holding = ctx.input(|i| i.pointer.any_down()) || ctx.text_edit_focused();
+        self.session.observe_edits(holding);
+        if matches!(painted, Painted::Again | Painted::Lost) {
+            self.redraw_after(RETRY);
+        } else if delay.is_zero() {
+            self.redraw_after(RETRY);
+        } else if delay < Duration::from_secs(3600) {
+            self.redraw_after(delay);
+        }
+        for command in commands {
+            self.carry_out(command, &ctx);
+            self.redraw_after(Duration::ZERO);
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and small")]
+        let pixels = |points: f32| (points.max(0.0) * pixels_per_point).round() as u32;
+        Ok(if place.is_finite() { UVec2::new(pixels(place.width()), pixels(place.height())) } else { UVec2::ZERO })
+    }
+
+    /// Starts the next frame, if one is needed, and plans the next painting.
+    fn advance(&mut self, place: UVec2) -> Result<(), GpuError> {
+        let Some(opened) = self.opened.as_mut().filter(|_| self.session.is_open) else { return Ok(()) };
+        let wish = Wish { sharp: self.shot, ..self.wish };
+        let next = opened.pictures.advance(&opened.gpu, &self.session, place, wish)?;
+        self.wish.measure = false;
+        match next {
+            Next::InFlight => {}
+            Next::SharpenAt(at) => self.redraw_after(at.saturating_duration_since(Instant::now())),
+            Next::AtRest if self.shot => self.take_shot(),
+            Next::AtRest if self.session.timeline.is_running() => self.redraw_after(RETRY),
+            Next::AtRest => {}
+        }
+        Ok(())
+    }
+
+    fn frame_done(&mut self, event_loop: &ActiveEventLoop, result: Result<(), String>) {
+        let Some(opened) = &mut self.opened else { return };
+        match result.map_err(GpuError::Lost) {
+            Ok(()) => {
+                opened.pictures.finished(&opened.gpu);
+                let warnings = opened.pictures.frame().warnings().to_vec();
+                if opened.pictures.measured().count == 1 {
+                    tracing::info!(ms = self.started.elapsed().as_millis(), "the first picture is there");
+                }
+                self.session.notices.set(Topic::FrameWarnings, Severity::Warning, warnings);
+                self.session.notices.clear(Topic::Frame);
+            }
+            Err(error) => self.frame_failed(event_loop, &error, UVec2::ZERO),
+        }
+    }
+
+    /// Tells, and keeps the last good picture; a lost device is opened again.
+    fn frame_failed(&mut self, event_loop: &ActiveEventLoop, error: &GpuError, place: UVec2) {
+        tracing::debug!("{error}");
+        self.session.notices.tell(Topic::Frame, Severity::Error, error.to_string());
+        let Some(opened) = &mut self.opened else { return };
+        if matches!(error, GpuError::Lost(_)) {
+            self.reopenings += 1;
+            let window = Arc::clone(&opened.window);
+            self.opened = None;
+            if self.reopenings > MOST_REOPENINGS {
+                return self.fail(event_loop, AppError::Gpu(GpuError::Lost(error.to_string())));
+            }
+            if let Err(error) = self.open(window) {
+                self.fail(event_loop, error);
+            }
+        } else {
+            opened.pictures.give_up(&self.session, place);
+            self.shot = false;
+            self.redraw_after(Duration::ZERO);
+        }
+    }
+
+    fn take_shot(&mut self) {
+        self.shot = false;
+        let Some(opened) = &self.opened else { return };
+        let picture = opened.pictures.frame().picture();
+        let size = UVec2::new(picture.width(), picture.height());
+        match buffer::read_texture::<u8>(&opened.gpu, picture) {
+            Ok(rgba8) => {
+                let (proxy, name) = (self.proxy.clone(), self.session.name());
+                std::thread::spawn(move || {
+                    proxy.send(Event::Shot(screenshot::write(&rgba8, size, &name, &screenshot::folders())));
+                });
+            }
+            Err(error) => self.session.notices.tell(Topic::Files, Severity::Error, error.to_string()),
+        }
+    }
+
+    fn carry_out(&mut self, command: Command, ctx: &egui::Context) {
+        match command {
+            Command::Act(action) => self.act(action, ctx),
+            Command::Open(path) => self.open_file(&path),
+            Command::SaveAs(path) => self.save(&path),
+            Command::Measure => self.wish.measure = true,
+        }
+    }
+
+    fn act(&mut self, action: ActionId, ctx: &egui::Context) {
+        let session = &mut self.session;
+        match action {
+            ActionId::PlayPause => session.timeline.playing = !session.timeline.playing,
+            ActionId::StepBack => session.timeline.step(-KEY_STEP_SECS),
+            ActionId::StepForward => session.timeline.step(KEY_STEP_SECS),
+            ActionId::Rewind => session.timeline.time_secs = 0.0,
+            ActionId::FrameAll => {
+                let full = self.opened.as_ref().map_or(UVec2::ONE, |o| o.pictures.measured().full);
+                let aspect = full.x.max(1) as f32 / full.y.max(1) as f32;
+                session.frame_all(aspect);
+            }
+            ActionId::ResetCamera => session.reset_camera(),
+            ActionId::Show(mode) => session.view.mode = mode,
+            ActionId::NextScene => self.open_neighbour(1),
+            ActionId::PreviousScene => self.open_neighbour(-1),
+            ActionId::Reload => self.request(Reason::Reload, self.session.path.clone()),
+            ActionId::Save => self.save(&self.session.save_path()),
+            ActionId::Undo => session.undo(),
+            ActionId::Redo => session.redo(),
+            ActionId::ResetScene => session.reset_scene(),
+            ActionId::Screenshot => self.shot = true,
+            ActionId::Panels => self.chrome.panels = !self.chrome.panels,
+            ActionId::FullScreen => self.set_full_screen(!self.is_full_screen()),
+            ActionId::LargerText => ctx.set_zoom_factor((ctx.zoom_factor() * TEXT_STEP).min(3.0)),
+            ActionId::SmallerText => ctx.set_zoom_factor((ctx.zoom_factor() / TEXT_STEP).max(0.5)),
+            ActionId::Help => self.chrome.help = !self.chrome.help,
+            ActionId::Leave if self.chrome.help => self.chrome.help = false,
+            ActionId::Leave => self.set_full_screen(false),
+        }
+    }
+
+    fn is_full_screen(&self) -> bool {
+        self.opened.as_ref().is_some_and(|o| o.window.fullscreen().is_some())
+    }
+
+    fn set_full_screen(&self, on: bool) {
+        if let Some(opened) = &self.opened {
+            opened.window.set_fullscreen(on.then_some(Fullscreen::Borderless(None)));
+        }
+    }
+
+    fn name_window(&mut self) {
+        let edited = if self.session.is_edited() { " •" } else { "" };
+        let title = if self.session.is_open {
+            format!("{}{edited} – murrine", self.session.name())
+        } else {
+            "murrine".to_owned()
+        };
+        if let Some(opened) = self.opened.as_ref().filter(|_| title != self.title) {
+            opened.window.set_title(&title);
+            self.title = title;
+        }
+    }
+
+    fn open_file(&mut self, path: &Path) {
+        if session::can_open(path) {
+            self.wanted = Some(path.to_owned());
+            self.request(Reason::Open, self.wanted.clone());
+        } else {
+            let text = format!("{}: neither a scene (.toml) nor a model (.glb, .gltf)", path.display());
+            self.session.notices.tell(Topic::Scene, Severity::Error, text);
+        }
+    }
+
+    fn open_neighbour(&mut self, by: i32) {
+        let from = self.wanted.as_deref().or(self.session.path.as_deref());
+        if let Some(path) = from.and_then(|p| session::neighbour(p, by)) {
+            self.open_file(&path);
+        }
+    }
+
+    fn save(&mut self, path: &Path) {
+        if self.session.is_open {
+            self.session.save(path);
+            self.wanted = self.session.path.clone();
+            self.watch_files();
+        }
+    }
+
+    /// Hands a job to the loader. Assignments of the command line hold for the scene it named.
+    fn request(&mut self, reason: Reason, path: Option<PathBuf>) {
+        self.job_number += 1;
+        let name = path.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
+        self.chrome.loading = Some(name.unwrap_or_else(|| "the built-in scene".to_owned()));
+        let sets = if path == self.options.scene { self.options.sets.clone() } else { Vec::new() };
+        let previous = self.session.world.clone();
+        self.loader.request(Job { number: self.job_number, reason, path, sets, previous });
+        self.redraw();
+    }
+
+    fn receive(&mut self, answer: Answer) {
+        if answer.number != self.job_number {
+            return;
+        }
+        self.chrome.loading = None;
+        let fault = answer.result.as_ref().err().map(ToString::to_string);
+        self.session.receive(answer);
+        if let Some(fault) = fault.filter(|_| !self.session.is_open) {
+            // Nothing was ever shown: the built-in scene, with the fault beside it.
+            if let Ok(loaded) = super::loader::load(None, &[], &self.session.world) {
+                let answer = Answer { number: 0, reason: Reason::Open, path: None, result: Ok(loaded) };
+                self.session.receive(answer);
+                self.session.notices.tell(Topic::Scene, Severity::Error, fault);
+            }
+        }
+        self.watch_files();
+    }
+
+    fn start_watching(&mut self) {
+        let changed = self.proxy.clone();
+        match Watcher::start(move |change| changed.send(Event::Changed(change))) {
+            Ok(watcher) => self.watcher = Some(watcher),
+            Err(text) => self.session.notices.tell(Topic::Watch, Severity::Warning, text),
+        }
+        if let (Some(watcher), Some(folder)) = (&mut self.watcher, &self.options.shaders)
+            && let Err(text) = watcher.watch_shaders(folder)
+        {
+            self.session.notices.tell(Topic::Watch, Severity::Warning, text);
+        }
+    }
+
+    fn watch_files(&mut self) {
+        let Some(watcher) = &mut self.watcher else { return };
+        let files = self.session.files().into_iter().chain(self.wanted.clone());
+        match watcher.watch_files(files) {
+            Ok(()) => self.session.notices.clear(Topic::Watch),
+            Err(text) => self.session.notices.tell(Topic::Watch, Severity::Warning, text),
+        }
+    }
+
+    fn files_changed(&mut self) {
+        if self.wanted == self.session.path {
+            self.request(Reason::Changed, self.wanted.clone());
+        } else {
+            // The file that could not be opened may be mended.
+            self.request(Reason::Open, self.wanted.clone());
+        }
+    }
+
+    fn shaders_changed(&mut self) {
+        let (Some(opened), Some(folder)) = (&mut self.opened, &self.options.shaders) else { return };
+        opened.gpu.shaders = crate::gpu::shader::ShaderLibrary::Folder(folder.clone());
+        match opened.pictures.recompile(&opened.gpu) {
+            Ok(()) => self.session.notices.clear(Topic::Shaders),
+            Err(error) => self.session.notices.tell(Topic::Shaders, Severity::Error, error.to_string()),
+        }
+    }
+}
+
+/// Takes the key presses that mean actions out of the input, unless a text is being typed.
+fn take_keys(ctx: &egui::Context, input: &mut egui::RawInput, held: &mut Vec<egui::Key>) -> Vec<Command> {
+    let typing = ctx.text_edit_focused();
+    let mut commands = Vec::new();
+    input.events.retain(|event| {
+        let egui::Event::Key { key, pressed, modifiers, .. } = event else { return true };
+        let repeated = held.contains(key);
+        held.retain(|k| k != key);
+        if *pressed {
+            held.push(*key);
+        }
+        match actions::of_key(*key, *modifiers).filter(|_| *pressed && !typing) {
+            Some(action) => {
+                if !repeated || actions::repeats(action) {
+                    commands.push(Command::Act(action));
+                }
+                false
+            }
+            None => true,
+        }
+    });
+    if input.events.iter().any(|e| matches!(e, egui::Event::WindowFocused(false))) {
+        held.clear();
+    }
+    commands
+}
