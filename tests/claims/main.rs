@@ -13,6 +13,7 @@ mod models;
 mod optics;
 mod probe;
 mod scene_files;
+mod scene_fuzz;
 mod shaders;
 mod support;
 mod surroundings;
