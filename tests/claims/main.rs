@@ -6,6 +6,7 @@ mod assets;
 mod cli;
 mod goldens;
 mod grids;
+mod compose;
 mod layering;
 mod layouts;
 mod light;

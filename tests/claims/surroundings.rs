@@ -196,7 +196,7 @@ fn the_checkerboard_backdrop_stands_beyond_the_target_and_has_parallax() {
     let background = Background::Checker { a: Vec3::ONE, b: Vec3::ZERO, square: 0.5, distance: 2.0 };
     let scene = Scene { camera, background, ..Scene::default() };
     // The plane z = −2; squares alternate from its middle.
-    let shade = |x: f32, y: f32| if ((x / 0.5).floor() + (y / 0.5).floor()) as i32 % 2 == 0 { 1.0 } else { 0.0 };
+    let shade = |x: f32, y: f32| 1.0 - ((x / 0.5).floor() + (y / 0.5).floor()).rem_euclid(2.0);
     let points = [(0.2, 0.2), (0.7, 0.2), (-0.2, 0.2), (0.8, 0.8), (-1.3, 0.4), (2.2, -1.7)];
     for origin in [camera.eye, Vec3::new(1.0, -0.5, 1.0)] {
         let questions: Vec<_> = points
