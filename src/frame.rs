@@ -145,7 +145,7 @@ impl Frame {
             }
             rec.stage("fill")?;
             for grid in stale_grids().filter(|_| scene.voxelizer.fill == Fill::Eager) {
-                self.fill.record(&mut rec, volume, grid, triangles);
+                self.fill.record(&mut rec, volume, grid, triangles, scene.effect.fill_questionable);
             }
         }
         if stale.light {

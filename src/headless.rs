@@ -147,7 +147,7 @@ pub fn voxels(
         voxelizer.record(&mut rec, &input)?;
         if solid {
             rec.stage("fill")?;
-            fill.record(&mut rec, &volume, 0, &triangles);
+            fill.record(&mut rec, &volume, 0, &triangles, true);
         }
         ms = rec.finish()?.iter().map(|(_, ms)| ms).sum();
     }

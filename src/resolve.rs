@@ -6,14 +6,14 @@
 //! faces. `records` keeps up to three sheets a voxel that face each other or clearly differ; voxels that no triangle
 //! claims (an approximate method's) take the mean normal of their neighbours.
 
+mod large;
+
 use crate::animate::{Triangles, Vertex};
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::grid::{Grid, ORTHOGRAPHIC, PERSPECTIVE};
 use crate::scene::material::PartMaterial;
 use crate::volume::{CHUNK, GridCounters, Record, Volume};
-
-/// Shares of large triangles in the queue: as many workgroups as one row of a dispatch may have.
-const LARGE_SHARES: u64 = 65_535;
+pub(crate) use large::LargeTriangles;
 
 /// `VoxelDispatch` of `lib/volume.inc.wgsl`.
 const VOXEL_DISPATCH_BYTES: u64 = 16;
@@ -27,9 +27,7 @@ pub struct Resolve {
     place_sheets: ComputePass,
     mend: ComputePass,
     voxel_dispatch: wgpu::Buffer,
-    large_dispatch: wgpu::Buffer,
-    large_dispatch_empty: wgpu::Buffer,
-    large_shares: wgpu::Buffer,
+    large: LargeTriangles,
 }
 
 /// Passes that work out claims in grid space: compiled for one projection.
@@ -68,7 +66,6 @@ impl Resolve {
         };
         let rank = |entry| pass("resolve/rank.wgsl", entry);
         let dispatch = buffer::STORAGE | wgpu::BufferUsages::INDIRECT;
-        let empty = [0_u32, 1, 1, 0];
         Ok(Self {
             rank: RankPasses {
                 reduce: rank("reduce")?,
@@ -81,9 +78,7 @@ impl Resolve {
             place_sheets: pass("resolve/records.wgsl", "place_sheets")?,
             mend: pass("resolve/records.wgsl", "mend")?,
             voxel_dispatch: buffer::with_usage(gpu, "voxel_dispatch", 3 * VOXEL_DISPATCH_BYTES, dispatch)?,
-            large_dispatch: buffer::with_usage(gpu, "large_dispatch", 16, dispatch)?,
-            large_dispatch_empty: buffer::storage_with(gpu, "large_dispatch_empty", &empty)?,
-            large_shares: buffer::storage(gpu, "large_shares", LARGE_SHARES * 4)?,
+            large: LargeTriangles::new(gpu)?,
         })
     }
 
@@ -110,15 +105,9 @@ impl Resolve {
     /// Lets every triangle compete for the voxels; leaves the winners in `keys`.
     pub fn record_winners(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles) {
         let Some(claims) = self.claims(volume, grid) else { return };
-        rec.encoder.copy_buffer_to_buffer(&self.large_dispatch_empty, 0, &self.large_dispatch, 0, 16);
         let mut all = resources(volume, grid);
         all.extend(triangle_resources(triangles));
-        all.push(("large_dispatch", self.large_dispatch.as_entire_binding()));
-        all.push(("large_shares", self.large_shares.as_entire_binding()));
-        let group = claims.winners.bind_used(rec.gpu, &all);
-        claims.winners.dispatch(&mut rec.encoder, &group, [triangles.triangle_count, 1, 1]);
-        let group = claims.winners_large.bind_used(rec.gpu, &all);
-        claims.winners_large.dispatch_indirect(&mut rec.encoder, &group, &self.large_dispatch, 0);
+        self.large.record(rec, [&claims.winners, &claims.winners_large], &all, triangles.triangle_count);
     }
 
     fn claims(&self, volume: &Volume, grid: usize) -> Option<&ClaimPasses> {
@@ -144,9 +133,11 @@ impl Resolve {
     }
 }
 
-type Resources<'a> = Vec<(&'static str, wgpu::BindingResource<'a>)>;
+/// Names and buffers.
+pub(crate) type Resources<'a> = Vec<(&'static str, wgpu::BindingResource<'a>)>;
 
-fn resources(volume: &Volume, grid: usize) -> Resources<'_> {
+/// What passes over one grid bind.
+pub(crate) fn resources(volume: &Volume, grid: usize) -> Resources<'_> {
     vec![
         ("grids", volume.grid_data.as_entire_binding()),
         ("grid_index", volume.grid_index[grid].as_entire_binding()),
@@ -155,11 +146,13 @@ fn resources(volume: &Volume, grid: usize) -> Resources<'_> {
         ("records", volume.records.as_entire_binding()),
         ("keys", volume.keys.as_entire_binding()),
         ("chunk_sums", volume.chunk_sums.as_entire_binding()),
+        ("interior", volume.interior.as_entire_binding()),
         ("counters", volume.counters.as_entire_binding()),
     ]
 }
 
-fn triangle_resources(triangles: &Triangles) -> Resources<'_> {
+/// What passes over the triangles bind.
+pub(crate) fn triangle_resources(triangles: &Triangles) -> Resources<'_> {
     vec![
         ("vertices", triangles.vertices.as_entire_binding()),
         ("indices", triangles.indices.as_entire_binding()),

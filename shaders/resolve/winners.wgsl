@@ -3,6 +3,7 @@
 #include "lib/volume.inc.wgsl"
 #include "lib/closest.inc.wgsl"
 #include "lib/claim.inc.wgsl"
+#include "lib/large.inc.wgsl"
 // Triangles compete for the marked voxels that they come near: the one whose closest point is nearest to a voxel's
 // centre wins its slot. Each walks the columns of its box, and in each the marked voxels between its plane's ends.
 //
@@ -17,17 +18,6 @@
 @group(0) @binding(5) var<storage, read> occupancy: array<u32>;
 @group(0) @binding(6) var<storage, read> ranks: array<u32>;
 @group(0) @binding(7) var<storage, read_write> keys: array<atomic<u32>>;
-// Workgroups in x, y, z, for the indirect dispatch, and the queue's length, which may pass its capacity.
-@group(0) @binding(8) var<storage, read_write> large_dispatch: array<atomic<u32>, 4>;
-// Triangle in bits 0–23, share above.
-@group(0) @binding(9) var<storage, read_write> large_shares: array<u32>;
-
-// Columns of a box above which a triangle is large.
-const LARGE_COLUMNS: u32 = 64u;
-// Columns that a workgroup takes of a large triangle, while shares have numbers.
-const SHARE_COLUMNS: u32 = 1024u;
-const MAX_SHARES: u32 = 256u;
-
 // A triangle's walk through the columns of its box. Everything in grid space.
 struct Walk {
     triangle: u32,
@@ -104,14 +94,13 @@ fn slabs_of(slice: i32) -> vec2f {
     return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));
 }
 
-// Walks every `stride`th column of the box from the column `first` on, counted row by row.
-fn walk_columns(walk: Walk, first: vec2i, stride: vec2i) {
+fn walk_columns(walk: Walk, columns: ColumnWalk) {
     let g = grid_index.x;
     let capacity = grids[g].record_capacity;
     let per_column = grids[g].words_per_column;
     let across = grids[g].cells.x;
     let word_base = grids[g].word_base;
-    var column = walk.lo.xy + first;
+    var column = walk.lo.xy + columns.first;
     var before = true;          // the column is still to be looked at
     var word = 0u;
     var last_word = 0u;
@@ -131,7 +120,7 @@ fn walk_columns(walk: Walk, first: vec2i, stride: vec2i) {
                     if met >= 0.0 && ends.x <= ends.y {
                         break;
                     }
-                    column = next_column(walk, column, stride);
+                    column = next_column(walk.lo.xy, walk.hi.xy, column, columns.stride);
                 }
                 if column.y > walk.hi.y {
                     break;
@@ -162,25 +151,10 @@ fn walk_columns(walk: Walk, first: vec2i, stride: vec2i) {
             before = word == last_word;
             word++;
             if before {
-                column = next_column(walk, column, stride);
+                column = next_column(walk.lo.xy, walk.hi.xy, column, columns.stride);
             }
         }
     }
-}
-
-fn next_column(walk: Walk, column: vec2i, stride: vec2i) -> vec2i {
-    let next = column + stride;
-    let over = next.x > walk.hi.x;
-    return select(next, vec2i(next.x - (walk.hi.x - walk.lo.x + 1), next.y + 1), over);
-}
-
-fn column_count(walk: Walk) -> u32 {
-    let size = vec2u(walk.hi.xy - walk.lo.xy + 1);
-    return size.x * size.y;
-}
-
-fn share_count(walk: Walk) -> u32 {
-    return min((column_count(walk) + SHARE_COLUMNS - 1u) / SHARE_COLUMNS, MAX_SHARES);
 }
 
 @compute @workgroup_size(64)
@@ -193,18 +167,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     if walk.hi.x < walk.lo.x {
         return;
     }
-    if column_count(walk) > LARGE_COLUMNS {
-        let shares = share_count(walk);
-        let place = atomicAdd(&large_dispatch[3], shares);
-        if place + shares <= arrayLength(&large_shares) {
-            for (var share = 0u; share < shares; share++) {
-                large_shares[place + share] = triangle | (share << 24u);
-            }
-            atomicMax(&large_dispatch[0], place + shares);
-            return;
-        }
+    if !defer_large(triangle, column_count(walk.lo.xy, walk.hi.xy)) {
+        walk_columns(walk, every_column());
     }
-    walk_columns(walk, vec2i(0), vec2i(1, 0));
 }
 
 // A workgroup a share of a large triangle.
@@ -212,8 +177,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
 fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) thread: u32) {
     let share = large_shares[workgroup.x];
     let walk = walk_of(share & 0xffffffu);
-    let first = (share >> 24u) * 64u + thread;
-    let stride = share_count(walk) * 64u;
-    let width = u32(walk.hi.x - walk.lo.x + 1);
-    walk_columns(walk, vec2i(vec2u(first % width, first / width)), vec2i(vec2u(stride % width, stride / width)));
+    let columns = column_count(walk.lo.xy, walk.hi.xy);
+    walk_columns(walk, share_of_columns(walk.lo.xy, walk.hi.xy, columns, share >> 24u, thread));
 }

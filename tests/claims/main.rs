@@ -4,6 +4,7 @@
 
 mod assets;
 mod cli;
+mod fill;
 mod goldens;
 mod grids;
 mod compose;
@@ -16,6 +17,7 @@ mod probe;
 mod scene_files;
 mod scene_fuzz;
 mod shaders;
+mod stages;
 mod support;
 mod surroundings;
 mod volume;
