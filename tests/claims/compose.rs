@@ -1,7 +1,7 @@
 //! The picture: what the tone map keeps, that enlarging invents nothing, that debug views show what is there.
 
 use crate::gpu;
-use crate::volume::Bench;
+use crate::stages::Stages;
 use glam::{DVec3, UVec2, UVec3, Vec3, Vec4};
 use murrine::compose::{self, Compose, DebugView};
 use murrine::gpu::{Recorder, Timing, buffer};
@@ -30,8 +30,8 @@ fn texture(size: UVec2, texels: &[Vec4]) -> wgpu::Texture {
 }
 
 /// A bench with a ball in a grid of 64³, seen from in front.
-fn ball() -> Bench {
-    let mut bench = Bench::of(&[Shape::Icosphere { radius: 1.0, subdivisions: 4 }]);
+fn ball() -> Stages {
+    let mut bench = Stages::of(&[Shape::Icosphere { radius: 1.0, subdivisions: 4 }]);
     bench.render(&[Grid::world_aligned(DVec3::splat(-1.6), 0.05, UVec3::splat(64))]);
     assert!(bench.volume.settle(gpu()).unwrap());
     bench
@@ -44,7 +44,7 @@ fn march() -> &'static March {
 }
 
 struct Shown {
-    bench: Bench,
+    bench: Stages,
     view: DebugView,
     channel: Channel,
     exposure: f32,
