@@ -8,7 +8,7 @@ use std::path::Path;
 /// The largest file that is read.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 /// The widest picture that is decoded.
-const MAX_DECODED_SIDE: u32 = 16384;
+const MAX_DECODED_SIDE: u32 = 8192;
 /// The widest picture that is kept; wider ones are averaged down.
 const MAX_WIDTH: u32 = 4096;
 /// The brightest that a texel can be: what a half float holds.

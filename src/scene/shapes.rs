@@ -27,7 +27,7 @@ pub fn shape(shape: &Shape) -> Geometry {
             ("icosphere", None)
         }
         Shape::Torus { radius, tube, segments } => {
-            mesh.torus(f64::from(radius), f64::from(tube), segments.clamp(6, 2048));
+            mesh.torus(f64::from(radius), f64::from(tube), segments.clamp(3, 2048));
             ("torus", None)
         }
         Shape::Box { min, max } => {

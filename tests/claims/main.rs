@@ -5,6 +5,7 @@
 mod assets;
 mod cli;
 mod fill;
+mod fuzz;
 mod goldens;
 mod grids;
 mod compose;

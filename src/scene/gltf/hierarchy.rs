@@ -112,11 +112,12 @@ fn node(source: &document::Node, parent: Option<u32>, warn: &mut impl FnMut(&str
         warn("its transform is not finite and is left out");
         (scale, rotation, translation) = (Vec3::ONE, Quat::IDENTITY, Vec3::ZERO);
     }
-    let length = rotation.length();
-    if (length - 1.0).abs() > 1e-2 {
+    // In double precision no finite number's square is endless.
+    let long = rotation.as_dquat();
+    if (long.length() - 1.0).abs() > 1e-2 {
         warn("its rotation is no unit quaternion and is brought to length 1");
     }
-    let rotation = if length > 1e-12 { rotation.normalize() } else { Quat::IDENTITY };
+    let rotation = if long.length() > 0.0 { long.normalize().as_quat() } else { Quat::IDENTITY };
     let weights = source.weights.clone().unwrap_or_default();
     Node { name: name(source.name.as_deref(), ""), parent, translation, rotation, scale, weights }
 }

@@ -148,7 +148,7 @@ fn triangles(
 /// Leaves out triangles with a corner that is nowhere.
 fn leave_out_broken(triangles: &mut Vec<[u32; 3]>, positions: &[[f32; 3]], report: &mut Report) {
     let before = triangles.len();
-    let sound = |&v: &u32| positions[v as usize].iter().all(|x| x.abs() <= MAX_COORDINATE);
+    let sound = |&v: &u32| within_reach(Vec3::from_array(positions[v as usize]));
     triangles.retain(|t| t.iter().all(sound));
     let broken = before - triangles.len();
     if broken > 0 {
@@ -277,7 +277,7 @@ impl Mesh {
             same_count(what, accessors.shape(accessor)?.count, count)?;
             for (morph, value) in self.morphs[first..].iter_mut().zip(accessors.numbers::<3>(accessor)?) {
                 let value = Vec3::from_array(value);
-                if value.abs().max_element() <= MAX_COORDINATE {
+                if within_reach(value) {
                     set(morph, value);
                 } else {
                     broken += 1;
@@ -343,7 +343,11 @@ impl Mesh {
 /// A point, or the origin where it is not finite: no triangle uses such a vertex.
 fn sound(p: [f32; 3]) -> Vec3 {
     let p = Vec3::from_array(p);
-    if p.abs().max_element() <= MAX_COORDINATE && !p.is_nan() { p } else { Vec3::ZERO }
+    if within_reach(p) { p } else { Vec3::ZERO }
+}
+
+fn within_reach(p: Vec3) -> bool {
+    p.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE)
 }
 
 fn same_count(what: &str, found: usize, vertices: usize) -> Result<(), String> {

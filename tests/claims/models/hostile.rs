@@ -17,7 +17,7 @@ enum Outcome {
 }
 use Outcome::{Refused, Shown};
 
-const FILES: [(&str, Outcome); 35] = [
+const FILES: [(&str, Outcome); 37] = [
     ("accessor-of-a-gigabyte.gltf", Refused("are more than the 36 bytes of buffer view 0")),
     ("accessor-of-zeros.gltf", Refused("asks for 1000000000 elements that the file has no bytes for")),
     ("accessor-overflow.gltf", Refused("elements of 12 bytes are more than")),
@@ -39,6 +39,7 @@ const FILES: [(&str, Outcome); 35] = [
     ("index-past-end.gltf", Refused("index 2 is vertex 70, but there are 3 vertices")),
     ("joint-past-end.gltf", Shown(1, "of joints that do not exist")),
     ("material-past-end.gltf", Refused("material 9 does not exist")),
+    ("morph-nan.gltf", Shown(1, "2 morph displacements that are not finite")),
     ("nan-positions.gltf", Shown(1, "1 triangles with corners that are not finite")),
     ("nan-positions-only.gltf", Refused("has no triangles to show")),
     ("nesting.gltf", Refused("recursion limit")),
@@ -46,6 +47,7 @@ const FILES: [(&str, Outcome); 35] = [
     ("not-json.gltf", Refused("is no glTF that can be read")),
     ("numbers.gltf", Refused("is no glTF that can be read")),
     ("points-only.gltf", Refused("has no triangles to show")),
+    ("rotation-huge.gltf", Shown(1, "its rotation is no unit quaternion")),
     ("shared-child.gltf", Refused("node 1 has two parents")),
     ("skin-missing.gltf", Refused("skin 3 does not exist")),
     ("sparse-past-end.gltf", Refused("its sparse index 200 is past the 3 elements")),
