@@ -34,6 +34,8 @@ override pixels_per_thread: u32 = 8u;
 const VIEW: u32 = 0u;
 // A plane this many cells before a crossing counts as behind it: bodies that stand on a floor.
 const CONTACT_CELLS: f32 = 0.25;
+// A plane this many cells beyond the grid does not end the glass in it.
+const LOST_CELLS: f32 = 0.5;
 // More surfaces than this end a path, bent or not.
 const MAX_CROSSINGS: u32 = 96u;
 
@@ -226,10 +228,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
             if !ahead.found {
                 ends = true;
-                // Inside still: ended by a plane, or lost.
+                // Inside still: in glass that a plane cuts, or lost where the grid ends before the plane.
                 if any(ray.media != vec4u(0u)) {
-                    path.questionable = path.questionable || ray.t_plane > 1e29;
-                    pass_through(ray, &path, select(ray.t_plane, 0.0, ray.t_plane > 1e29));
+                    let t_out = max(t_from_s(grid_line, grid_line.s_last), 0.0);
+                    let lost = ray.t_plane > t_out + LOST_CELLS * grids[VIEW].cell_size;
+                    path.questionable = path.questionable || lost;
+                    pass_through(ray, &path, select(ray.t_plane, 0.0, lost));
                 }
             }
         }
