@@ -39,6 +39,9 @@ struct TriangleBox {
 // Thin, 6-separating: the cell's diamond counts where for 26-separating its whole box does.
 override thin: bool = false;
 
+// Whether grids are perspective ones; what follows is right for one kind.
+override perspective: bool = false;
+
 const UNBOUNDED: f32 = 1e30;
 
 // Below this ratio an axis says nothing of w that the other axes don't.
@@ -145,14 +148,18 @@ fn slices_met(g: Grid, t: TriangleBox, column: vec2i) -> vec2i {
     let plane = dot(t.plane_slope, p);
     let lo = max(max(t.lo.z, plane + t.plane_lo), max(lower_end(t.z_of_y, p.y), lower_end(t.z_of_x, p.x)));
     let hi = min(min(t.hi.z, plane + t.plane_hi), min(upper_end(t.z_of_y, p.y), upper_end(t.z_of_x, p.x)));
-    // A perspective grid's z has an end not far beyond the grid, where `slice_of` turns round.
-    let depth = f32(g.cells.z);
-    let first = t.origin.z + lo;
-    let last = min(t.origin.z + hi, depth);
-    if first > depth || last < 0.0 {
-        return vec2i(0, -1);
+    var first = t.origin.z + lo;
+    var last = t.origin.z + hi;
+    if perspective {
+        // Its z has an end not far beyond the grid, where `slice_of` turns round.
+        let depth = f32(g.cells.z);
+        if first > depth || last < 0.0 {
+            return vec2i(0, -1);
+        }
+        first = slice_of(g, first);
+        last = slice_of(g, min(last, depth));
     }
-    var run = cells_met(slice_of(g, first), slice_of(g, last), g.cells.z);
+    var run = cells_met(first, last, g.cells.z);
     if thin {
         // Thin cells are a run within the others.
         while run.x <= run.y && !thin_meets(g, t, vec3i(column, run.x)) {

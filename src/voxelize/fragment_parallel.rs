@@ -18,6 +18,7 @@
 //! `triangle-parallel` takes for small ones; fast on large ones, which spread over all cores.
 
 use super::raster::{Draw, Raster};
+use super::variant::{Variant, Variants};
 use super::{Input, Method, Promise, Voxelizer};
 use crate::animate::Vertex;
 use crate::gpu::{Gpu, GpuError, GpuStruct, Recorder};
@@ -41,13 +42,16 @@ pub(super) const METHOD: Method = Method {
 
 #[derive(Debug)]
 struct FragmentParallel {
-    raster: Raster,
+    rasters: Variants<Raster>,
 }
 
 impl FragmentParallel {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
-        Ok(Self { raster: Raster::new(gpu, SHADER, ["outline", "mark"], &layouts)? })
+        let rasters = Variants::new(gpu, |gpu, variant| {
+            let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
+            Raster::new(gpu, SHADER, ["outline", "mark"], &layouts, &variant.constants())
+        })?;
+        Ok(Self { rasters })
     }
 }
 
@@ -59,8 +63,8 @@ impl Voxelizer for FragmentParallel {
             // A triangle cut at the eye has up to two pieces.
             instances: if grid.projection == PERSPECTIVE { 2 } else { 1 },
         };
-        let size = grid.cells.truncate();
-        self.raster.record(rec, size, input.settings.separability, &input.resources(), draw);
+        let raster = self.rasters.get(rec.gpu, Variant::of(input))?;
+        raster.record(rec, grid.cells.truncate(), &input.resources(), draw);
         Ok(())
     }
 }

@@ -15,12 +15,12 @@
 //! large ones, and an empty draw when there are none.
 
 use super::raster::{Draw, Raster};
+use super::variant::{Variant, Variants};
 use super::{Input, Method, Promise, Voxelizer};
 use crate::animate::Vertex;
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::grid::Grid;
 use crate::papers;
-use crate::scene::description::Separability;
 use crate::scene::material::PartMaterial;
 
 const SHADER: &str = "voxelize/hybrid.wgsl";
@@ -47,9 +47,7 @@ crate::gpu_struct! {
 
 #[derive(Debug)]
 struct Hybrid {
-    thick: ComputePass,
-    thin: ComputePass,
-    raster: Raster,
+    halves: Variants<(ComputePass, Raster)>,
     options: wgpu::Buffer,
     large: wgpu::Buffer,
     draw: wgpu::Buffer,
@@ -57,13 +55,17 @@ struct Hybrid {
 
 impl Hybrid {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
-        let pass = |thin| ComputePass::with_constants(gpu, SHADER, "triage", &layouts, &[("thin", thin)]);
+        let halves = Variants::new(gpu, |gpu, variant| {
+            let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
+            let constants = variant.constants();
+            Ok((
+                ComputePass::with_constants(gpu, SHADER, "triage", &layouts, &constants)?,
+                Raster::new(gpu, SHADER, ["outline", "mark"], &layouts, &constants)?,
+            ))
+        })?;
         let arguments = buffer::STORAGE | wgpu::BufferUsages::INDIRECT;
         Ok(Self {
-            thick: pass(0.0)?,
-            thin: pass(1.0)?,
-            raster: Raster::new(gpu, SHADER, ["outline", "mark"], &layouts)?,
+            halves,
             options: buffer::uniform(gpu, "options", &Options { cutoff_cells2: 0.0, capacity: 0 }),
             large: buffer::storage(gpu, "large", u64::from(LIST_CAPACITY) * 4)?,
             draw: buffer::with_usage(gpu, "draw", 20, arguments)?,
@@ -74,7 +76,7 @@ impl Hybrid {
 impl Voxelizer for Hybrid {
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
         let grid = &input.volume.grids[input.grid];
-        let separability = input.settings.separability;
+        let (triage, raster) = self.halves.get(rec.gpu, Variant::of(input))?;
         let options = Options { cutoff_cells2: input.settings.cutoff_cells2, capacity: LIST_CAPACITY };
         // The same for every grid of a frame.
         rec.gpu.queue.write_buffer(&self.options, 0, bytemuck::bytes_of(&options));
@@ -84,17 +86,13 @@ impl Voxelizer for Hybrid {
         resources.push(("options", self.options.as_entire_binding()));
         resources.push(("large", self.large.as_entire_binding()));
         resources.push(("draw", self.draw.as_entire_binding()));
-        let pass = match separability {
-            Separability::TwentySix => &self.thick,
-            Separability::Six => &self.thin,
-        };
-        let group = pass.bind(rec.gpu, &resources);
-        pass.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
+        let group = triage.bind(rec.gpu, &resources);
+        triage.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
 
         let mut resources = input.resources().to_vec();
         resources.push(("deferred", self.large.as_entire_binding()));
         let draw = Draw::Indirect(&self.draw);
-        self.raster.record(rec, grid.cells.truncate(), separability, &resources, draw);
+        raster.record(rec, grid.cells.truncate(), &resources, draw);
         Ok(())
     }
 }

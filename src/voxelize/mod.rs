@@ -10,6 +10,7 @@ mod hybrid;
 mod raster;
 mod separating_axes;
 mod triangle_parallel;
+mod variant;
 
 pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
 

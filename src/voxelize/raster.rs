@@ -2,16 +2,14 @@
 
 use crate::gpu::pass::{Bindings, guarded, module_of};
 use crate::gpu::{Gpu, GpuError, Layout, Recorder, layout};
-use crate::scene::description::Separability;
 use glam::UVec2;
 
-/// A shader's vertex and fragment entry points, compiled for both separabilities.
+/// A shader's vertex and fragment entry points, compiled.
 #[derive(Debug)]
 pub(super) struct Raster {
     label: &'static str,
     bindings: Bindings,
-    thick: wgpu::RenderPipeline,
-    thin: wgpu::RenderPipeline,
+    pipeline: wgpu::RenderPipeline,
     target: Option<(UVec2, wgpu::TextureView)>,
 }
 
@@ -25,12 +23,13 @@ pub(super) enum Draw<'a> {
 }
 
 impl Raster {
-    /// Compiles `vertex` and `fragment` of `shader`, which has the override `thin`.
+    /// Compiles `vertex` and `fragment` of `shader`.
     pub(super) fn new(
         gpu: &Gpu,
         shader: &'static str,
         [vertex, fragment]: [&str; 2],
         layouts: &[Layout],
+        constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
         let source = gpu.shaders.load(shader)?;
         for each in layouts {
@@ -38,41 +37,38 @@ impl Raster {
         }
         let label = shader.trim_end_matches(".wgsl");
         let bindings = Bindings::of(&source, label, &[vertex, fragment])?;
-        let pipeline = |constants: &[(&str, f64)]| {
-            guarded(gpu, shader, || {
-                let module = module_of(gpu, &source);
-                let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-                // A pass must have an attachment; this one is the cheapest and stays untouched.
-                let target = wgpu::ColorTargetState {
-                    format: wgpu::TextureFormat::R8Unorm,
-                    blend: None,
-                    write_mask: wgpu::ColorWrites::empty(),
-                };
-                gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(label),
-                    layout: None,
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some(vertex),
-                        compilation_options: compilation_options.clone(),
-                        buffers: &[],
-                    },
-                    primitive: wgpu::PrimitiveState::default(),
-                    depth_stencil: None,
-                    multisample: wgpu::MultisampleState::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some(fragment),
-                        compilation_options,
-                        targets: &[Some(target)],
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
-            })
+        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+        // A pass must have an attachment; this one is the cheapest and stays untouched.
+        let target = wgpu::ColorTargetState {
+            format: wgpu::TextureFormat::R8Unorm,
+            blend: None,
+            write_mask: wgpu::ColorWrites::empty(),
         };
-        let (thick, thin) = (pipeline(&[("thin", 0.0)])?, pipeline(&[("thin", 1.0)])?);
-        Ok(Self { label, bindings, thick, thin, target: None })
+        let pipeline = guarded(gpu, shader, || {
+            let module = module_of(gpu, &source);
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(label),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(fragment),
+                    compilation_options: compilation_options.clone(),
+                    targets: &[Some(target)],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        Ok(Self { label, bindings, pipeline, target: None })
     }
 
     /// Draws over a raster of `size` pixels.
@@ -80,7 +76,6 @@ impl Raster {
         &mut self,
         rec: &mut Recorder<'_>,
         size: UVec2,
-        separability: Separability,
         resources: &[(&str, wgpu::BindingResource<'_>)],
         draw: Draw<'_>,
     ) {
@@ -88,11 +83,7 @@ impl Raster {
             self.target = Some((size, target(rec.gpu, self.label, size)));
         }
         let Some((_, view)) = &self.target else { return };
-        let pipeline = match separability {
-            Separability::TwentySix => &self.thick,
-            Separability::Six => &self.thin,
-        };
-        let group = self.bindings.group(rec.gpu, &pipeline.get_bind_group_layout(0), resources);
+        let group = self.bindings.group(rec.gpu, &self.pipeline.get_bind_group_layout(0), resources);
         let mut pass = rec.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(self.label),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -106,7 +97,7 @@ impl Raster {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(pipeline);
+        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         match draw {
             Draw::Counted { vertices, instances } => pass.draw(0..vertices, 0..instances),

@@ -19,12 +19,12 @@
 //! Promises: exact, 26- or 6-separating. Costs: a thread runs over the columns that its triangle's projection meets, so
 //! one huge triangle holds up all others.
 
+use super::variant::{Variant, Variants};
 use super::{Input, Method, Promise, Voxelizer};
 use crate::animate::Vertex;
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder};
 use crate::grid::Grid;
 use crate::papers;
-use crate::scene::description::Separability;
 use crate::scene::material::PartMaterial;
 
 const SHADER: &str = "voxelize/triangle_parallel.wgsl";
@@ -40,24 +40,22 @@ pub(super) const METHOD: Method = Method {
 
 #[derive(Debug)]
 struct TriangleParallel {
-    thick: ComputePass,
-    thin: ComputePass,
+    passes: Variants<ComputePass>,
 }
 
 impl TriangleParallel {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
-        let pass = |thin| ComputePass::with_constants(gpu, SHADER, "main", &layouts, &[("thin", thin)]);
-        Ok(Self { thick: pass(0.0)?, thin: pass(1.0)? })
+        let passes = Variants::new(gpu, |gpu, variant| {
+            let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
+            ComputePass::with_constants(gpu, SHADER, "main", &layouts, &variant.constants())
+        })?;
+        Ok(Self { passes })
     }
 }
 
 impl Voxelizer for TriangleParallel {
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
-        let pass = match input.settings.separability {
-            Separability::TwentySix => &self.thick,
-            Separability::Six => &self.thin,
-        };
+        let pass = self.passes.get(rec.gpu, Variant::of(input))?;
         let group = pass.bind(rec.gpu, &input.resources());
         pass.dispatch(&mut rec.encoder, &group, [input.triangles.triangle_count, 1, 1]);
         Ok(())
