@@ -5,6 +5,9 @@
 // A perspective map turns a triangle that reaches behind the eye inside out. It is cut where the eye depth is half of
 // `near`, well before the grid begins; what is left is one triangle or two. The host's twin is `voxelize/clip.rs`.
 
+// Whether the grid is a perspective one: shaders are compiled for one kind.
+override perspective: bool = false;
+
 // The part of a triangle that a grid may see: `pieces` triangles, the first a, b, c, the second a, c, d.
 struct GridTriangle {
     a: vec3f,
@@ -22,7 +25,7 @@ fn grid_triangle(g: Grid, w0: vec3f, w1: vec3f, w2: vec3f) -> GridTriangle {
     var h0 = g.grid_from_world * vec4f(w0, 1.0);
     var h1 = g.grid_from_world * vec4f(w1, 1.0);
     var h2 = g.grid_from_world * vec4f(w2, 1.0);
-    if g.projection == ORTHOGRAPHIC {
+    if !perspective {
         let ok = is_finite(h0.xyz) && is_finite(h1.xyz) && is_finite(h2.xyz);
         return GridTriangle(h0.xyz, h1.xyz, h2.xyz, h2.xyz, select(0u, 1u, ok));
     }

@@ -1,4 +1,4 @@
-#include "lib/grid.inc.wgsl"
+#include "lib/grid_triangle.inc.wgsl"
 // Triangle against box by separating axes, solved for the cells of a column instead of tested cell by cell.
 //
 // The thirteen axes (Akenine-Möller 2001) are the three of the box, the triangle's normal, and nine crossed from edges
@@ -38,9 +38,6 @@ struct TriangleBox {
 
 // Thin, 6-separating: the cell's diamond counts where for 26-separating its whole box does.
 override thin: bool = false;
-
-// Whether grids are perspective ones; what follows is right for one kind.
-override perspective: bool = false;
 
 const UNBOUNDED: f32 = 1e30;
 
