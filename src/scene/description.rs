@@ -132,8 +132,8 @@ pub struct VoxelizerSettings {
     pub separability: Separability,
     /// Fraction of a cell by which slices overlap (CL §3.2.2); `slice-amplified` only.
     pub slice_overlap: f32,
-    /// Triangles of more projected cells² than this go to fragments; `hybrid` only.
-    pub cutoff_cells2: f32,
+    /// Triangles of more projected cells² than this go to fragments, `None` for what suits the device; `hybrid` only.
+    pub cutoff_cells2: Option<f32>,
     /// How the interior is made.
     pub fill: Fill,
 }
@@ -144,7 +144,7 @@ impl Default for VoxelizerSettings {
             method: "hybrid".to_owned(),
             separability: Separability::TwentySix,
             slice_overlap: 0.0,
-            cutoff_cells2: 4.0,
+            cutoff_cells2: None,
             fill: Fill::Lazy,
         }
     }

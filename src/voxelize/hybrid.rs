@@ -25,6 +25,13 @@ use crate::scene::material::PartMaterial;
 
 const SHADER: &str = "voxelize/hybrid.wgsl";
 
+/// The cut-off where threads are many and weak: RB §3.4.1 found a few voxels² best on every scene but one.
+const HARDWARE_CUTOFF_CELLS2: f32 = 8.0;
+
+/// The cut-off on lavapipe: eight lanes on a few cores. A column costs a thread no more than a fragment, so only a
+/// triangle that would keep all but one core waiting is worth a draw.
+const SOFTWARE_CUTOFF_CELLS2: f32 = 8192.0;
+
 /// Large triangles that a draw takes; more are marked by threads.
 const LIST_CAPACITY: u32 = 1 << 16;
 
@@ -77,7 +84,9 @@ impl Voxelizer for Hybrid {
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
         let grid = &input.volume.grids[input.grid];
         let (triage, raster) = self.halves.get(rec.gpu, Variant::of(input))?;
-        let options = Options { cutoff_cells2: input.settings.cutoff_cells2, capacity: LIST_CAPACITY };
+        let auto = if rec.gpu.is_software() { SOFTWARE_CUTOFF_CELLS2 } else { HARDWARE_CUTOFF_CELLS2 };
+        let cutoff_cells2 = input.settings.cutoff_cells2.unwrap_or(auto);
+        let options = Options { cutoff_cells2, capacity: LIST_CAPACITY };
         // The same for every grid of a frame.
         rec.gpu.queue.write_buffer(&self.options, 0, bytemuck::bytes_of(&options));
         rec.encoder.clear_buffer(&self.draw, 0, None);

@@ -146,7 +146,7 @@ fn unusual() -> Scene {
     scene.voxelizer.separability = Separability::Six;
     scene.voxelizer.fill = Fill::Eager;
     scene.voxelizer.slice_overlap = 0.125;
-    scene.voxelizer.cutoff_cells2 = 7.1;
+    scene.voxelizer.cutoff_cells2 = Some(7.1);
     scene.effect.refraction = Refraction::TwoSurface;
     scene.effect.hit = Hit::Voxel;
     scene.effect.shadow = Shadow::Linear;

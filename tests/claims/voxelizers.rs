@@ -11,13 +11,19 @@ use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
     Align, Bounds, Camera, Cells, GridSettings, Light, LightKind, Projection, Separability, Shape, VoxelizerSettings,
 };
-use murrine::scene::material::PartMaterial;
+use murrine::scene::material::{PartMaterial, flags};
 use murrine::scene::shapes::shape;
 use murrine::volume::Volume;
-use murrine::voxelize::{self, ExactVoxels, Input, Promise, exact_voxels};
+use murrine::voxelize::{self, ExactVoxels, Input, Promise, Voxelizer, exact_voxels};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 /// A triangle in world space.
 type Triangle = [Vec3; 3];
+
+fn vertex(position: Vec3) -> Vertex {
+    Vertex { position, normal: Vec3::Z, ..bytemuck::Zeroable::zeroed() }
+}
 
 /// Triangles in world space, as `animate` would leave them.
 fn upload(triangles: &[Triangle]) -> Triangles {
@@ -32,16 +38,24 @@ fn upload(triangles: &[Triangle]) -> Triangles {
     Triangles::still(gpu(), &vertices, &indices, &[material]).unwrap()
 }
 
-/// The words of `grid` as `method` marks them.
-fn words(method: &str, grid: Grid, triangles: &Triangles, settings: &VoxelizerSettings) -> Vec<u32> {
+thread_local! {
+    /// Compiled voxelizers of this test.
+    static MADE: RefCell<BTreeMap<String, Box<dyn Voxelizer>>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+/// The words of `grid` as a method marks them.
+fn words(grid: Grid, triangles: &Triangles, settings: &VoxelizerSettings) -> Vec<u32> {
     let mut volume = Volume::new(gpu()).unwrap();
-    let count = grid.word_count() as usize;
+    let count = (grid.word_base + grid.word_count()) as usize;
     volume.occupancy = buffer::storage(gpu(), "occupancy", 4 * count as u64).unwrap();
     gpu().queue.write_buffer(&volume.grid_data, 0, bytemuck::bytes_of(&grid));
     volume.grids = vec![grid];
-    let mut voxelizer = (voxelize::method(method).unwrap().new)(gpu()).unwrap();
     let mut rec = Recorder::new(gpu(), Timing::Off);
-    voxelizer.record(&mut rec, &Input { volume: &volume, grid: 0, triangles, settings }).unwrap();
+    MADE.with_borrow_mut(|made| {
+        let new = || (voxelize::method(&settings.method).unwrap().new)(gpu()).unwrap();
+        let voxelizer = made.entry(settings.method.clone()).or_insert_with(new);
+        voxelizer.record(&mut rec, &Input { volume: &volume, grid: 0, triangles, settings }).unwrap();
+    });
     rec.finish().unwrap();
     buffer::read(gpu(), &volume.occupancy, 0, count).unwrap()
 }
@@ -66,14 +80,24 @@ fn count(words: &[u32]) -> u32 {
     words.iter().map(|w| w.count_ones()).sum()
 }
 
-fn settings(separability: Separability) -> VoxelizerSettings {
-    VoxelizerSettings { separability, ..VoxelizerSettings::default() }
-}
-
 const BOTH: [Separability; 2] = [Separability::TwentySix, Separability::Six];
 
 fn exact_methods() -> impl Iterator<Item = &'static str> {
     voxelize::METHODS.iter().filter(|m| m.promise == Promise::Exact).map(|m| m.name)
+}
+
+/// Every exact method with every setting that may change its way but not its voxels.
+fn exact_ways(separability: Separability) -> Vec<(String, VoxelizerSettings)> {
+    let mut ways = Vec::new();
+    for method in exact_methods() {
+        let cutoffs = if method == "hybrid" { &[None, Some(0.0), Some(4.0), Some(100.0)][..] } else { &[None] };
+        for &cutoff_cells2 in cutoffs {
+            let method = method.to_owned();
+            let name = cutoff_cells2.map_or_else(|| method.clone(), |cells2| format!("{method}, {cells2} cells²"));
+            ways.push((name, VoxelizerSettings { method, separability, cutoff_cells2, ..Default::default() }));
+        }
+    }
+    ways
 }
 
 /// Fails unless every exact method equals the truth in every voxel that is no tie.
@@ -82,13 +106,12 @@ fn assert_all_exact(what: &str, grid: Grid, triangles: &[Triangle]) {
     for separability in BOTH {
         let truth = exact_voxels(&grid, triangles, separability);
         let (marked, ties) = (count(&truth.words), count(&truth.ties));
-        for method in exact_methods() {
-            let words = words(method, grid, &uploaded, &settings(separability));
-            let faults = faults(&words, &truth);
+        for (name, settings) in exact_ways(separability) {
+            let faults = faults(&words(grid, &uploaded, &settings), &truth);
             assert_eq!(
                 faults,
                 Faults { missing: 0, spurious: 0 },
-                "{method}, {what}, {}, {separability:?}: of {marked} voxels, {ties} ties",
+                "{name}, {what}, {}, {separability:?}: of {marked} voxels, {ties} ties",
                 grid.cells
             );
         }
@@ -201,10 +224,10 @@ fn a_needle_marks_its_column_and_a_triangle_its_cells_and_those_it_touches() {
         [Vec3::new(1.5, 1.5, 1.5), Vec3::new(1.5, 1.5, 40.5), Vec3::new(1.6, 1.5, 1.5)],
         [corner, corner + 10.0 * Vec3::X, corner + 10.0 * Vec3::Y],
     ];
-    for method in exact_methods() {
-        let words = words(method, grid, &upload(&triangles), &VoxelizerSettings::default());
+    for (name, settings) in exact_ways(Separability::TwentySix) {
+        let words = words(grid, &upload(&triangles), &settings);
         // The long side passes through ten corners of cells that it otherwise misses.
-        assert_eq!(count(&words), 40 + 11 * 12 / 2 + 10, "{method}");
+        assert_eq!(count(&words), 40 + 11 * 12 / 2 + 10, "{name}");
     }
 }
 
@@ -255,9 +278,76 @@ fn a_shifted_body_is_told_from_the_truth() {
     for separability in BOTH {
         let truth = exact_voxels(&grid, &sphere(), separability);
         let shifted: Vec<Triangle> = sphere().iter().map(|t| t.map(|p| p + Vec3::X * grid.cell_size * 0.01)).collect();
-        for method in exact_methods() {
-            let faults = faults(&words(method, grid, &upload(&shifted), &settings(separability)), &truth);
-            assert!(faults.missing > 0 && faults.spurious > 0, "{method}, {separability:?}: {faults:?}");
+        for (name, settings) in exact_ways(separability) {
+            let faults = faults(&words(grid, &upload(&shifted), &settings), &truth);
+            assert!(faults.missing > 0 && faults.spurious > 0, "{name}, {separability:?}: {faults:?}");
         }
+    }
+}
+
+#[test]
+fn a_full_list_of_large_triangles_changes_no_voxel() {
+    // 70,224 triangles, all large by this cut-off: more than the list holds.
+    let triangles = upload(&mesh(&Shape::Sphere { radius: 0.9, rings: 133 }));
+    assert!(triangles.triangle_count > 1 << 16);
+    let grid = turned(UVec3::splat(64));
+    let settings = VoxelizerSettings { method: "triangle-parallel".into(), ..Default::default() };
+    let want = words(grid, &triangles, &settings);
+    let got = words(grid, &triangles, &VoxelizerSettings { cutoff_cells2: Some(0.0), ..Default::default() });
+    assert!(count(&want) > 1000);
+    assert_eq!(got, want);
+}
+
+#[test]
+fn the_same_triangles_mark_the_same_words_every_time() {
+    let triangles = upload(&soup(2000));
+    let grid = turned(UVec3::new(129, 140, 150));
+    for separability in BOTH {
+        for (name, settings) in exact_ways(separability) {
+            if settings.method != "cpu-exact" {
+                let first = words(grid, &triangles, &settings);
+                assert!((0..4).all(|_| words(grid, &triangles, &settings) == first), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_without_the_grids_flags_are_not_voxelized() {
+    let part = |part, at: Vec3| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| Vertex { part, ..vertex(p * 10.0 + at) });
+    let vertices = [part(0, Vec3::splat(3.5)), part(1, Vec3::new(3.5, 3.5, 20.5))].concat();
+    let mut materials: [PartMaterial; 2] = bytemuck::Zeroable::zeroed();
+    materials[1].flags = flags::OPAQUE;
+    let triangles = Triangles::still(gpu(), &vertices, &[[0, 1, 2], [3, 4, 5]], &materials).unwrap();
+    let mut grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(32));
+    let slices = |words: &[u32]| words.iter().fold(0, |all, w| all | w);
+    for (name, settings) in exact_ways(Separability::TwentySix) {
+        grid.required_flags = 0;
+        assert_eq!(slices(&words(grid, &triangles, &settings)), 1 << 3 | 1 << 20, "{name}");
+        grid.required_flags = flags::OPAQUE;
+        assert_eq!(slices(&words(grid, &triangles, &settings)), 1 << 20, "{name}");
+    }
+}
+
+#[test]
+fn vertices_that_are_no_numbers_mark_nothing() {
+    let corner = Vec3::splat(3.5);
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(|x| [corner, corner + Vec3::X, Vec3::new(x, 4.0, 4.0)]);
+    let grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(32));
+    for (name, settings) in exact_ways(Separability::TwentySix) {
+        assert_eq!(count(&words(grid, &upload(&odd), &settings)), 0, "{name}");
+    }
+}
+
+#[test]
+fn a_grid_marks_its_own_region_alone() {
+    let mut grid = Grid::world_aligned(DVec3::splat(-1.0), 2.0 / 32.0, UVec3::splat(32));
+    let triangles = upload(&sphere());
+    for (name, settings) in exact_ways(Separability::TwentySix) {
+        grid.word_base = 0;
+        let alone = words(grid, &triangles, &settings);
+        grid.word_base = 100;
+        let region = words(grid, &triangles, &settings);
+        assert!(region[..100].iter().all(|w| *w == 0) && region[100..] == alone, "{name}");
     }
 }

@@ -5,6 +5,9 @@ use crate::scene::description::{Separability, VoxelizerSettings};
 use crate::voxelize::{METHODS, Promise, method};
 use egui::Ui;
 
+/// Where the slider starts when the device's own cut-off is let go.
+const DEFAULT_CUTOFF_CELLS2: f32 = 4.0;
+
 /// Method and its options.
 pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
     let names = METHODS.iter().map(|m| (m.name, m.summary));
@@ -29,7 +32,15 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
         }
         "hybrid" => {
             let hint = "triangles that cover more voxels² than this go to fragments";
-            log_slider(ui, "Cut-off", hint, &mut settings.cutoff_cells2, 0.1..=10_000.0);
+            row(ui, "Cut-off", hint, |ui| {
+                let mut auto = settings.cutoff_cells2.is_none();
+                if ui.checkbox(&mut auto, "auto").changed() {
+                    settings.cutoff_cells2 = (!auto).then_some(DEFAULT_CUTOFF_CELLS2);
+                }
+            });
+            if let Some(cutoff_cells2) = &mut settings.cutoff_cells2 {
+                log_slider(ui, "", hint, cutoff_cells2, 0.1..=10_000.0);
+            }
         }
         _ => {}
     }

@@ -134,8 +134,13 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
     };
     from.not_yet("conservative", &["dilated"])?;
     let cutoff_cells2 = if from.is_string("cutoff_cells2") {
-        from.not_yet("cutoff_cells2", &[])?;
-        None
+        match from.string("cutoff_cells2")? {
+            Some(other) if other != "auto" => {
+                let what = format!("cutoff_cells2 is `{other}`; write a number of voxels², or \"auto\"");
+                return Err(from.error_at("cutoff_cells2", what));
+            }
+            _ => None,
+        }
     } else {
         from.number("cutoff_cells2", 0.0..=FARTHEST)?
     };
@@ -143,7 +148,7 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
         method,
         separability,
         slice_overlap: from.number("slice_overlap", 0.0..=1.0)?.unwrap_or(default.slice_overlap),
-        cutoff_cells2: cutoff_cells2.unwrap_or(default.cutoff_cells2),
+        cutoff_cells2,
         fill: from.word("fill")?.unwrap_or_default(),
     };
     from.finish()?;

@@ -103,7 +103,7 @@ fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
         .with("method", voxelizer.method.as_str())
         .with("separability", separability)
         .with("slice_overlap", number(voxelizer.slice_overlap))
-        .with("cutoff_cells2", number(voxelizer.cutoff_cells2))
+        .with("cutoff_cells2", voxelizer.cutoff_cells2.map_or_else(|| Value::from("auto"), number))
         .with("fill", voxelizer.fill.word())
         .0
 }
