@@ -1,5 +1,5 @@
 #include "lib/dispatch.inc.wgsl"
-#include "lib/grid_triangle.inc.wgsl"
+#include "lib/one_grid.inc.wgsl"
 #include "lib/volume.inc.wgsl"
 #include "lib/large.inc.wgsl"
 // The interior of one grid by parity: a line runs through the centres of each column's cells; every crossing of it
@@ -9,18 +9,10 @@
 // runs through a side or a corner of several triangles counts as if it ran a hair beside it, the same hair for all. So
 // a closed mesh has an even number of crossings on every line, whatever the depths, which are f32.
 
-@group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
-@group(0) @binding(1) var<uniform> grid_index: vec4u;
-@group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(3) var<storage, read> indices: array<u32>;
-@group(0) @binding(4) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(5) var<storage, read_write> interior: array<atomic<u32>>;
 // A bit a column: crossings beyond the grid's end; after `sweep`, whether the column is odd.
 @group(0) @binding(6) var<storage, read_write> chunk_sums: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> counters: array<atomic<u32>>;    // four a grid, as `GridCounters`
-
-// The grid's projection: the code of the other is left out.
-override PROJECTION: u32 = ORTHOGRAPHIC;
 
 const SUBCELLS: i32 = 256;
 // Corners further out than this, in subcells, are moved in: sides have 23 bits.
@@ -122,28 +114,6 @@ fn toggle_columns(t: Crossed, walk: ColumnWalk) {
         }
         column = next_column(t.lo, t.hi, column, walk.stride);
     }
-}
-
-// The triangle cut for this grid; no pieces for parts that are not voxelized here.
-fn triangle_of(triangle: u32) -> GridTriangle {
-    let g = grid_index.x;
-    let corners = 3u * triangle;
-    let v0 = indices[corners];
-    let a = vertices[v0].position;
-    let b = vertices[indices[corners + 1u]].position;
-    let c = vertices[indices[corners + 2u]].position;
-    var cut: GridTriangle;
-    if PROJECTION == ORTHOGRAPHIC {
-        cut = GridTriangle(
-            grid_from_world(grids[g], a), grid_from_world(grids[g], b), grid_from_world(grids[g], c), vec3f(0.0), 1u);
-    } else {
-        cut = grid_triangle(grids[g], a, b, c);
-    }
-    let required = grids[g].required_flags;
-    if required != 0u && (materials[vertices[v0].part].flags & required) != required {
-        cut.pieces = 0u;
-    }
-    return cut;
 }
 
 @compute @workgroup_size(64)

@@ -1,4 +1,4 @@
-#include "lib/grid.inc.wgsl"
+#include "lib/one_grid.inc.wgsl"
 #include "lib/closest.inc.wgsl"
 // A triangle's claim to a voxel, worked out in grid space.
 
@@ -11,16 +11,14 @@ struct Claim {
     nearness: u32,      // 1 … 255; 0: no claim
 }
 
-// The grid's projection: the code of the other is left out. (Where branches are masks, both would run.)
-override PROJECTION: u32 = ORTHOGRAPHIC;
-
-// `frame` is the triangle's in grid space; `slabs` the depths between which the cell lies there.
-fn claim_of(frame: ClosestFrame, cell: vec3i, slabs: vec2f) -> Claim {
+// `frame` is the triangle's in grid space.
+fn claim_of(frame: ClosestFrame, cell: vec3i) -> Claim {
     var offset: vec3f;
     if PROJECTION == ORTHOGRAPHIC {
         offset = 2.0 * closest_offset(frame, vec3f(cell) + 0.5);
     } else {
         // Nearness is measured in half cells: a cell of a perspective grid is not as deep as it is wide.
+        let slabs = slabs_of(cell.z);
         let scale = vec3f(2.0, 2.0, 2.0 / (slabs.y - slabs.x));
         let center = vec3f(vec2f(cell.xy) + 0.5, 0.5 * (slabs.x + slabs.y));
         offset = closest_offset(closest_frame(frame.a * scale, frame.b * scale, frame.c * scale), center * scale);

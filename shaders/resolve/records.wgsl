@@ -1,14 +1,8 @@
 #include "lib/dispatch.inc.wgsl"
-#include "lib/geometry.inc.wgsl"
 #include "lib/volume.inc.wgsl"
 #include "lib/claim.inc.wgsl"
 // Works out the records of one grid, a thread a voxel: up to three sheets among the six winners, the nearest first.
 
-@group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
-@group(0) @binding(1) var<uniform> grid_index: vec4u;
-@group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(3) var<storage, read> indices: array<u32>;
-@group(0) @binding(4) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(5) var<storage, read_write> keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
 @group(0) @binding(7) var<storage, read_write> chunk_sums: array<atomic<u32>>;
@@ -32,13 +26,6 @@ struct Sheet {
     offset: vec3f,      // its point there
 }
 
-fn slabs_of(slice: i32) -> vec2f {
-    if PROJECTION == ORTHOGRAPHIC {
-        return vec2f(0.0, 1.0) + f32(slice);
-    }
-    return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));
-}
-
 fn sheet_of(key: u32, cell: vec3i) -> Sheet {
     let corners = 3u * (key & RECORD_TRIANGLE_MASK);
     let v0 = indices[corners];
@@ -48,10 +35,25 @@ fn sheet_of(key: u32, cell: vec3i) -> Sheet {
     let area = cross(b - a, c - a);
     let normal = normalize(select(area, -area, vertices[v0].mirrored != 0u));
     let g = grid_index.x;
-    let frame = closest_frame(grid_from_world(grids[g], a), grid_from_world(grids[g], b), grid_from_world(grids[g], c));
-    let slabs = slabs_of(cell.z);
-    let half = vec3f(0.5, 0.5, 0.5 * (slabs.y - slabs.x));
-    return Sheet(key, vertices[v0].part, normal, normalize(frame.normal * half), claim_of(frame, cell, slabs).offset);
+    var offset: vec3f;
+    var plane: vec3f;
+    if PROJECTION == ORTHOGRAPHIC {
+        let frame =
+            closest_frame(grid_from_world(grids[g], a), grid_from_world(grids[g], b), grid_from_world(grids[g], c));
+        offset = claim_of(frame, cell).offset;
+        plane = frame.normal;
+    } else {
+        let cut = grid_triangle(grids[g], a, b, c);
+        let frame = closest_frame(cut.a, cut.b, cut.c);
+        offset = claim_of(frame, cell).offset;
+        if cut.pieces == 2u {
+            let other = claim_of(closest_frame(cut.a, cut.c, cut.d), cell).offset;
+            offset = select(offset, other, dot(other, other) < dot(offset, offset));
+        }
+        let slabs = slabs_of(cell.z);
+        plane = frame.normal * vec3f(1.0, 1.0, slabs.y - slabs.x);
+    }
+    return Sheet(key, vertices[v0].part, normal, normalize(plane), offset);
 }
 
 fn differs(a: Sheet, b: Sheet) -> bool {

@@ -1,5 +1,4 @@
 #include "lib/dispatch.inc.wgsl"
-#include "lib/geometry.inc.wgsl"
 #include "lib/volume.inc.wgsl"
 #include "lib/closest.inc.wgsl"
 #include "lib/claim.inc.wgsl"
@@ -10,11 +9,6 @@
 // A key is nearness (8 bits, never 0) + triangle number (24 bits), so one atomicMax decides, in any order. A triangle
 // over many columns is put in a queue and walked by many threads; if the queue is full its thread walks it alone.
 
-@group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
-@group(0) @binding(1) var<uniform> grid_index: vec4u;
-@group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(3) var<storage, read> indices: array<u32>;
-@group(0) @binding(4) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(5) var<storage, read> occupancy: array<u32>;
 @group(0) @binding(6) var<storage, read> ranks: array<u32>;
 @group(0) @binding(7) var<storage, read_write> keys: array<atomic<u32>>;
@@ -41,16 +35,9 @@ fn side(from_corner: vec2f, to_corner: vec2f, outward: f32) -> vec3f {
     return vec3f(inward, (abs(inward.x) + abs(inward.y)) * (0.5 + COLUMN_GROWTH) - dot(inward, from_corner));
 }
 
-// Empty (lo.x > hi.x) for triangles that have no part in this grid.
-fn walk_of(triangle: u32) -> Walk {
+// The walk of one piece of a triangle; its box is empty (lo.x > hi.x) if it does not reach into the grid.
+fn walk_of(triangle: u32, a: vec3f, b: vec3f, c: vec3f) -> Walk {
     let g = grid_index.x;
-    let corners = 3u * triangle;
-    let v0 = indices[corners];
-    let flags = materials[vertices[v0].part].flags;
-    let required = grids[g].required_flags;
-    let a = grid_from_world(grids[g], vertices[v0].position);
-    let b = grid_from_world(grids[g], vertices[indices[corners + 1u]].position);
-    let c = grid_from_world(grids[g], vertices[indices[corners + 2u]].position);
     let low = min(min(a, b), c);
     let high = max(max(a, b), c);
     let cells = vec3i(grids[g].cells);
@@ -62,7 +49,7 @@ fn walk_of(triangle: u32) -> Walk {
     let slices = slices_of(vec2f(low.z, high.z));
     walk.lo = vec3i(clamp(floor(vec3f(low.xy - COLUMN_GROWTH, slices.x)), vec3f(0.0), vec3f(cells)));
     walk.hi = vec3i(clamp(floor(vec3f(high.xy + COLUMN_GROWTH, slices.y)), vec3f(-1.0), vec3f(cells - 1)));
-    if (flags & required) != required || walk.frame.inverse_square.w == 0.0 || any(walk.lo > walk.hi) {
+    if walk.frame.inverse_square.w == 0.0 || any(walk.lo > walk.hi) {
         walk.lo = vec3i(0);
         walk.hi = vec3i(-1);
     }
@@ -85,13 +72,6 @@ fn slices_of(ends: vec2f) -> vec2f {
     let g = grid_index.x;
     let within = clamp(ends, vec2f(0.0), vec2f(f32(grids[g].cells.z)));
     return vec2f(slice_of(grids[g], within.x), slice_of(grids[g], within.y)) + growth;
-}
-
-fn slabs_of(slice: i32) -> vec2f {
-    if PROJECTION == ORTHOGRAPHIC {
-        return vec2f(0.0, 1.0) + f32(slice);
-    }
-    return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));
 }
 
 fn walk_columns(walk: Walk, columns: ColumnWalk) {
@@ -140,7 +120,7 @@ fn walk_columns(walk: Walk, columns: ColumnWalk) {
         if bits != 0u {
             // … to compete for.
             let cell = vec3i(column, i32(word * 32u + countTrailingZeros(bits)));
-            let claim = claim_of(walk.frame, cell, slabs_of(cell.z));
+            let claim = claim_of(walk.frame, cell);
             if claim.nearness != 0u && rank < capacity {
                 atomicMax(&keys[6u * rank + walk.slot], (claim.nearness << 24u) | walk.triangle);
             }
@@ -163,20 +143,37 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     if 3u * triangle + 2u >= arrayLength(&indices) {
         return;
     }
-    let walk = walk_of(triangle);
-    if walk.hi.x < walk.lo.x {
+    let cut = triangle_of(triangle);
+    if cut.pieces == 0u {
         return;
     }
-    if !defer_large(triangle, column_count(walk.lo.xy, walk.hi.xy)) {
-        walk_columns(walk, every_column());
+    let first = walk_of(triangle, cut.a, cut.b, cut.c);
+    var columns = column_count(first.lo.xy, first.hi.xy);
+    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+        let second = walk_of(triangle, cut.a, cut.c, cut.d);
+        columns = max(columns, column_count(second.lo.xy, second.hi.xy));
+        if defer_large(triangle, columns) {
+            return;
+        }
+        walk_columns(second, every_column());
+    } else if columns == 0u || defer_large(triangle, columns) {
+        return;
     }
+    walk_columns(first, every_column());
 }
 
 // A workgroup a share of a large triangle.
 @compute @workgroup_size(64)
 fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let share = large_shares[workgroup.x];
-    let walk = walk_of(share & 0xffffffu);
-    let columns = column_count(walk.lo.xy, walk.hi.xy);
-    walk_columns(walk, share_of_columns(walk.lo.xy, walk.hi.xy, columns, share >> 24u, thread));
+    let triangle = large_shares[workgroup.x] & 0xffffffu;
+    let share = large_shares[workgroup.x] >> 24u;
+    let cut = triangle_of(triangle);
+    let first = walk_of(triangle, cut.a, cut.b, cut.c);
+    var columns = column_count(first.lo.xy, first.hi.xy);
+    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+        let second = walk_of(triangle, cut.a, cut.c, cut.d);
+        columns = max(columns, column_count(second.lo.xy, second.hi.xy));
+        walk_columns(second, share_of_columns(second.lo.xy, second.hi.xy, columns, share, thread));
+    }
+    walk_columns(first, share_of_columns(first.lo.xy, first.hi.xy, columns, share, thread));
 }

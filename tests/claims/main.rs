@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that can't go on has failed")]
 #![allow(missing_docs, reason = "test names say it")]
 
+mod animate;
 mod assets;
 mod cli;
 mod fill;
