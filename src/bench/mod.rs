@@ -4,14 +4,17 @@
 //! own and waited for, which is true on every adapter. Methods that are compared take turns within one run.
 
 mod cases;
+mod findings;
 mod report;
 
 pub use cases::{Case, cases, of_scene};
+pub use findings::{Finding, findings};
 pub use report::{Report, Row, Spread};
 
 use crate::frame::{Frame, Request};
 use crate::gpu::{Gpu, GpuError, Timing};
 use crate::march::Channel;
+use crate::scene::description::Cells;
 use crate::scene::{SceneError, World};
 use std::time::Instant;
 
@@ -70,7 +73,8 @@ pub fn run(gpu: &Gpu, options: &Options, mut progress: impl FnMut(&str)) -> Resu
         progress(group);
         rows.extend(run_group(gpu, options, now)?);
     }
-    Ok(Report { adapter: gpu.info.name.clone(), driver: gpu.info.driver_info.clone(), rows })
+    let findings = findings(&rows);
+    Ok(Report { adapter: gpu.info.name.clone(), driver: gpu.info.driver_info.clone(), rows, findings })
 }
 
 fn run_group(gpu: &Gpu, options: &Options, cases: Vec<Case>) -> Result<Vec<Row>, BenchError> {
@@ -112,9 +116,15 @@ fn row(running: &Running) -> Row {
         running.samples.iter().filter_map(|s| s.iter().find(|t| t.0 == name).map(|t| t.1)).collect()
     };
     let sums: Vec<f64> = running.samples.iter().map(|s| s.iter().map(|t| t.1).sum()).collect();
+    let volume = running.frame.volume();
     Row {
         name: running.case.name.clone(),
         group: running.case.group,
+        method: running.case.scene.voxelizer.method.clone(),
+        cells: match running.case.scene.grid.cells {
+            Cells::Longest(cells) => cells,
+            Cells::Each(cells) => cells.max_element(),
+        },
         target_ms: running.case.target_ms,
         stages: names.iter().map(|n| ((*n).to_owned(), Spread::of(&of(n)))).collect(),
         counted: Spread::of(
@@ -127,6 +137,7 @@ fn row(running: &Running) -> Row {
         counts: running.case.counts,
         sum: Spread::of(&sums),
         wall: Spread::of(&running.walls),
-        memory_bytes: running.frame.volume().memory().iter().map(|(_, bytes)| bytes).sum(),
+        memory: volume.memory(),
+        records: volume.counts().iter().map(|c| u64::from(c.occupied) + u64::from(c.extras)).sum(),
     }
 }

@@ -1,5 +1,6 @@
 //! A benchmark's figures as a table or JSON.
 
+use super::findings::{Finding, mib};
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -34,6 +35,10 @@ pub struct Row {
     pub name: String,
     /// Its group.
     pub group: &'static str,
+    /// Its voxelizer.
+    pub method: String,
+    /// Cells along the longest axis of its view grid.
+    pub cells: u32,
     /// The project's target for `counted`.
     pub target_ms: Option<f64>,
     /// Milliseconds a stage.
@@ -46,8 +51,10 @@ pub struct Row {
     pub sum: Spread,
     /// Milliseconds by the wall clock.
     pub wall: Spread,
-    /// Bytes of the volume: words, ranks, records, keys of all grids.
-    pub memory_bytes: u64,
+    /// Bytes of each of the volume's buffers, all grids.
+    pub memory: Vec<(&'static str, u64)>,
+    /// Records of all grids, further sheets included.
+    pub records: u64,
 }
 
 /// All cases.
@@ -59,6 +66,8 @@ pub struct Report {
     pub driver: String,
     /// A row a case.
     pub rows: Vec<Row>,
+    /// What the rows say.
+    pub findings: Vec<Finding>,
 }
 
 impl Report {
@@ -74,17 +83,21 @@ impl Report {
                 text.push_str(group);
                 text.push('\n');
             }
-            let target = row.target_ms.map_or_else(String::new, |t| {
-                let verdict = if row.counted.median <= t { "met" } else { "missed" };
-                format!("   target {t}: {verdict}")
-            });
             let Spread { min, median, max } = row.counted;
-            let mib = row.memory_bytes as f64 / f64::from(1 << 20);
+            let mib_in_all = mib(row.memory.iter().map(|(_, bytes)| bytes).sum());
             // Writing to a string can't fail.
-            let _ = writeln!(text, "  {:34} {median:8.2} ({min:.2}–{max:.2})  {mib:6.1} MiB{target}", row.name);
+            let _ = writeln!(text, "  {:42} {median:8.2} ({min:.2}–{max:.2})  {mib_in_all:6.1} MiB", row.name);
             let stages: Vec<String> = row.stages.iter().map(|(n, s)| format!("{n} {:.2}", s.median)).collect();
             let share = row.sum.median / row.wall.median.max(1e-9) * 100.0;
             let _ = writeln!(text, "      {}; stages are {share:.0}% of the wall clock", stages.join(", "));
+            if row.group == "one grid" {
+                let memory: Vec<String> = row.memory.iter().map(|(n, b)| format!("{n} {:.2}", mib(*b))).collect();
+                let _ = writeln!(text, "      {} records; MiB: {}", row.records, memory.join(", "));
+            }
+        }
+        text.push_str("\nfindings\n");
+        for finding in &self.findings {
+            let _ = writeln!(text, "  {:6} {}", if finding.met { "met" } else { "MISSED" }, finding.text);
         }
         text
     }

@@ -225,3 +225,24 @@ fn the_doctor_names_adapter_driver_and_what_works() {
     assert_eq!(absent.status.code(), Some(1));
     assert!(stdout(&absent).contains("FAILS      adapter"));
 }
+
+#[test]
+fn the_benchmark_advances_the_time_and_its_stages_add_up_to_the_wall_clock() {
+    let arguments = ["bench", "--only", "one scene-sized triangle", "--iterations", "3", "--adapter", "software"];
+    let output = run(&[&arguments[..], &["--json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 3, "hybrid and its halves");
+    for row in rows {
+        let median = |key: &str| row[key]["median"].as_f64().unwrap();
+        assert!(median("sum") > 0.0 && median("sum") <= median("wall") * 1.001, "{row}");
+        // Nothing stood still: the body is animated and voxelized in every iteration.
+        let stages = row["stages"].as_array().unwrap();
+        let ms = |name: &str| stages.iter().find(|s| s[0] == name).unwrap()[1]["min"].as_f64().unwrap();
+        assert!(ms("animate") > 0.0 && ms("voxelize") > 0.0, "{row}");
+        assert!(row["records"].as_u64().unwrap() > 1000, "{row}");
+    }
+    let findings = report["findings"].as_array().unwrap();
+    assert!(findings.iter().any(|f| f["text"].as_str().unwrap().contains("the better of its halves")));
+}
