@@ -22,7 +22,6 @@ struct LightSettings {
 }
 
 const LINEAR: u32 = 1u;
-const MAX_SHEETS: u32 = 3u;
 // Within this many cells a crossing of the same part from the same side is the same surface again.
 const DUPLICATE_CELLS: f32 = 1.5;
 // A plane that the column meets under a smaller cosine is not crossed.
@@ -33,7 +32,8 @@ const BELIEVED_COSINE: f32 = 0.3;
 const LEAST_MIRROR_COSINE: f32 = 0.4;
 // Cells by which a crossing may lie beyond another sheet of its voxel that bounds it.
 const SHEET_CELLS: f32 = 0.05;
-const FAR_BACK: f32 = -1e30;
+const NEVER: f32 = 1e30;
+const ONLY: f32 = 0.0;    // in place of t where a voxel has one sheet
 
 // A column's centre line.
 struct Column {
@@ -46,9 +46,8 @@ struct Column {
 
 // A sheet of a voxel, as the column meets its plane.
 struct Sheet {
-    normal: vec3f,
+    plane: Plane,
     cosine: f32,        // of the light with the normal: negative where it enters
-    point: vec3f,
     t: f32,             // world units from the column's origin
     part: u32,
     crossed: bool,
@@ -168,76 +167,54 @@ fn meet(light: ptr<function, Light>, sheet: Sheet, saturate: bool, column: Colum
     remember(light, sheet.part, sheet.t, entering);
 }
 
-// The sheet of a record as the column crosses it, or not.
-fn sheet_of(g: Grid, column: Column, slice: u32, record: Record) -> Sheet {
+// The plane of a record: its normal, and a point of it.
+struct Plane {
+    normal: vec3f,
+    point: vec3f,
+}
+
+fn plane_of(g: Grid, column: Column, slice: u32, record: Record) -> Plane {
     let fraction = unpack_point_in_cell(record.point);
     let z = mix(slab(g, f32(slice)), slab(g, f32(slice) + 1.0), fraction.z);
-    var sheet: Sheet;
-    sheet.normal = unpack_unit(record.normal);
-    sheet.point = world_from_grid(g, vec3f(vec2f(column.cell) + fraction.xy, z));
-    sheet.part = record_part(record);
-    sheet.cosine = dot(sheet.normal, column.direction);
-    sheet.t = dot(sheet.normal, sheet.point - column.origin) / sheet.cosine;
-    let at = sheet.t / column.slice_length - f32(slice);
-    sheet.crossed = abs(sheet.cosine) > LEAST_COSINE && at >= -g.tolerance && at <= 1.0 + g.tolerance
+    return Plane(unpack_unit(record.normal), world_from_grid(g, vec3f(vec2f(column.cell) + fraction.xy, z)));
+}
+
+// The sheet of a record as the column crosses it, or not.
+fn sheet_of(g: Grid, column: Column, slice: u32, record: Record) -> Sheet {
+    let plane = plane_of(g, column, slice, record);
+    let cosine = dot(plane.normal, column.direction);
+    let t = dot(plane.normal, plane.point - column.origin) / cosine;
+    let at = t / column.slice_length - f32(slice);
+    let crossed = abs(cosine) > LEAST_COSINE && at >= -g.tolerance && at <= 1.0 + g.tolerance
         && (record.triangle & RECORD_ORPHAN) == 0u;
-    return sheet;
+    return Sheet(plane, cosine, t, record_part(record), crossed);
 }
 
-// Whether a crossing of `sheet` lies on the solid's surface as far as `other`, of the same part, bounds it: within where
-// they meet as a ridge, outside where they meet as a groove.
+// Whether a crossing of `sheet` lies on the solid's surface as far as `other` bounds it: within where they meet as a
+// ridge, outside where they meet as a groove. Only sheets of one part bound each other.
 fn is_bounded(sheet: Sheet, other: Sheet, column: Column) -> bool {
-    let ridge = dot(other.normal - sheet.normal, other.point - sheet.point);
-    let beyond = dot(other.normal, column.origin + sheet.t * column.direction - other.point);
+    let ridge = dot(other.plane.normal - sheet.plane.normal, other.plane.point - sheet.plane.point);
+    let beyond = dot(other.plane.normal, column.origin + sheet.t * column.direction - other.plane.point);
     let slack = SHEET_CELLS * column.slice_length;
-    return abs(ridge) < slack || select(-beyond, beyond, ridge > 0.0) < slack;
+    let free = sheet.part != other.part || abs(ridge) < slack;
+    return free || select(-beyond, beyond, ridge > 0.0) < slack;
 }
 
-// All sheets of the voxel in `slice`, in the order in which the light meets them.
-fn meet_voxel(light: ptr<function, Light>, g: Grid, column: Column, slice: u32, rank: u32, saturate: bool) {
-    let first = records[g.record_base + rank];
-    let further = record_extra_count(first);
-    let sheet_0 = sheet_of(g, column, slice, first);
-    if further == 0u {
-        if sheet_0.crossed {
-            meet(light, sheet_0, saturate, column);
-        }
-        return;
+// Where the column crosses the sheets of a voxel that has several: t of each, NEVER for none.
+fn crossings(g: Grid, column: Column, slice: u32, first: Record) -> vec3f {
+    let further = g.extra_base + record_extra_first(first);
+    let a = sheet_of(g, column, slice, first);
+    let b = sheet_of(g, column, slice, records[further]);
+    var t = vec3f(NEVER);
+    t.x = select(NEVER, a.t, a.crossed && is_bounded(a, b, column));
+    t.y = select(NEVER, b.t, b.crossed && is_bounded(b, a, column));
+    if record_extra_count(first) > 1u {
+        let c = sheet_of(g, column, slice, records[further + 1u]);
+        t.x = select(NEVER, t.x, is_bounded(a, c, column));
+        t.y = select(NEVER, t.y, is_bounded(b, c, column));
+        t.z = select(NEVER, c.t, c.crossed && is_bounded(c, a, column) && is_bounded(c, b, column));
     }
-    var sheets: array<Sheet, MAX_SHEETS>;
-    sheets[0] = sheet_0;
-    var count = 1u;
-    for (var i = 0u; i < further && count < MAX_SHEETS; i++) {
-        let extra = record_extra_first(first) + i;
-        if extra < g.extra_capacity {
-            sheets[count] = sheet_of(g, column, slice, records[g.extra_base + extra]);
-            count += 1u;
-        }
-    }
-    var t_done = FAR_BACK;
-    for (var turn = 0u; turn < count; turn++) {
-        var next = MAX_SHEETS;
-        var t_next = -FAR_BACK;
-        for (var i = 0u; i < count; i++) {
-            if sheets[i].crossed && sheets[i].t > t_done && sheets[i].t < t_next {
-                next = i;
-                t_next = sheets[i].t;
-            }
-        }
-        if next == MAX_SHEETS {
-            return;
-        }
-        t_done = t_next;
-        var bounded = true;
-        for (var i = 0u; i < count; i++) {
-            if i != next && sheets[i].part == sheets[next].part {
-                bounded &= is_bounded(sheets[next], sheets[i], column);
-            }
-        }
-        if bounded {
-            meet(light, sheets[next], saturate, column);
-        }
-    }
+    return t;
 }
 
 // What is left at world distance `t`, which the light has reached.
@@ -262,24 +239,50 @@ fn walk(g: Grid, column: Column, media: vec4u, saturate: bool) -> Light {
     light.tint = vec3f(1.0);
     light.surfaces = 1.0;
     var last = 0xffffffffu;
-    for (var w = 0u; w < g.words_per_column; w++) {
-        var bits = occupancy[base + w];
-        var rank = 0u;
-        if bits != 0u {
-            rank = ranks[base + w];
-        }
-        while bits != 0u && light.outcome != IN_GLASS {
-            let slice = w * 32u + firstTrailingBit(bits);
-            bits &= bits - 1u;
-            if rank < g.record_capacity {
-                if !light.blocked {
-                    meet_voxel(&light, g, column, slice, rank, saturate);
+    var w = 0u;
+    var bits = occupancy[base];
+    var rank = ranks[base];
+    var slice = 0u;
+    var several = vec3f(NEVER);     // crossings of the voxel's sheets that are still to be met
+    var first: Record;
+    // One sheet a turn, so that lanes that walk side by side wait for each other little.
+    while light.outcome != IN_GLASS {
+        if all(several == vec3f(NEVER)) {
+            if bits == 0u {
+                w += 1u;
+                if w >= g.words_per_column {
+                    break;
                 }
-                let t_end = (f32(slice) + 1.0) * column.slice_length;
-                last = g.record_base + rank;
-                light_records[last] = pack_light_record(light_record_at(light, t_end, saturate));
+                bits = occupancy[base + w];
+                rank = ranks[base + w];
+                continue;
             }
+            slice = w * 32u + firstTrailingBit(bits);
+            bits &= bits - 1u;
             rank += 1u;
+            if rank > g.record_capacity {
+                continue;
+            }
+            last = g.record_base + rank - 1u;
+            first = records[last];
+            several.x = ONLY;
+            if record_extra_count(first) > 0u {
+                several = crossings(g, column, slice, first);
+            }
+        }
+        let t = min(several.x, min(several.y, several.z));
+        var record = first;
+        if t != several.x {
+            record = records[g.extra_base + record_extra_first(first) + select(1u, 0u, t == several.y)];
+        }
+        several = select(several, vec3f(NEVER), several == vec3f(t));
+        let sheet = sheet_of(g, column, slice, record);
+        if sheet.crossed && t != NEVER && !light.blocked {
+            meet(&light, sheet, saturate, column);
+        }
+        if all(several == vec3f(NEVER)) {
+            let t_end = (f32(slice) + 1.0) * column.slice_length;
+            light_records[last] = pack_light_record(light_record_at(light, t_end, saturate));
         }
     }
     let open = !light.blocked && media_ruling(light.media) != NO_PART;
