@@ -57,6 +57,17 @@ impl Glb {
         index(self.materials.len() - 1)
     }
 
+    /// Adds a clear wall without volume: it bends nothing and tints by its colour.
+    pub(crate) fn thin_wall(&mut self, name: &str, tint: [f64; 3]) -> u32 {
+        let [r, g, b] = tint;
+        self.materials.push(json!({
+            "name": name,
+            "pbrMetallicRoughness": { "baseColorFactor": [r, g, b, 1], "metallicFactor": 0, "roughnessFactor": 0 },
+            "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 } },
+        }));
+        index(self.materials.len() - 1)
+    }
+
     /// Adds something that light does not pass and returns its number.
     pub(crate) fn opaque(&mut self, name: &str, base_color: [f64; 3], roughness: f64) -> u32 {
         let [r, g, b] = base_color;

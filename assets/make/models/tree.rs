@@ -3,7 +3,7 @@
 //! It grows from y = 0 to about 2.4. Every leaf is a closed thin body.
 
 use super::field::{polygonize, smooth_step, tapered_capsule, union};
-use super::glb::{Glass, Glb};
+use super::glb::Glb;
 use super::mesh::{Mesh, index};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 use serde_json::json;
@@ -35,7 +35,8 @@ pub(crate) fn make() -> Vec<u8> {
 
     let mut glb = Glb::default();
     let bark = glb.opaque("trunk", [0.20, 0.125, 0.08], 0.9);
-    let green = glb.glass(&Glass { name: "leaves", ior: 1.15, color: [0.52, 0.80, 0.22], distance: 0.04 });
+    // Thinner than a voxel: a wall that tints, not a volume.
+    let green = glb.thin_wall("leaves", [0.50, 0.74, 0.22]);
     for (name, mesh, material) in [("trunk", wood, bark), ("leaves", leaves, green)] {
         let primitive = glb.primitive(&mesh, material, None);
         glb.meshes.push(json!({ "name": name, "primitives": [primitive] }));
