@@ -36,7 +36,8 @@ pub struct Geometry {
     pub vertices: Vec<RestVertex>,
     /// As many as vertices.
     pub influences: Vec<Influence>,
-    /// Three vertex indices a triangle; the vertices of a triangle are of one part.
+    /// Three vertex indices a triangle, counter-clockwise from outside in the space of the part's mesh; they are of one
+    /// part. A pose that mirrors turns them round.
     pub triangles: Vec<[u32; 3]>,
     /// Parts, each a run of vertices and a run of triangles.
     pub parts: Vec<Part>,

@@ -142,7 +142,8 @@ impl NodeStates {
 /// World position and unit normal of every vertex of every model in order, worked out on the host in double precision:
 /// what the `animate` stage must agree with.
 ///
-/// Normals go with the inverse transpose of the blended matrix and of the deformers; flat parts take their triangle's.
+/// Normals go with the inverse transpose of the blended matrix and of the deformers; flat parts take their triangle's,
+/// turned round where the pose mirrors.
 #[must_use]
 pub fn pose_vertices(world: &World, scene: &Scene, pose: &Pose) -> Vec<(Vec3, Vec3)> {
     let mut posed = Vec::new();
@@ -157,6 +158,7 @@ pub fn pose_vertices(world: &World, scene: &Scene, pose: &Pose) -> Vec<(Vec3, Ve
         let first_vertex = posed.len();
         posed.resize(first_vertex + geometry.vertices.len(), (Vec3::ZERO, Vec3::ZERO));
         let posed = &mut posed[first_vertex..];
+        let mut mirrored = vec![false; geometry.vertices.len()];
         for part in &geometry.parts {
             let weights = &pose.morph_weights[first_weight..first_weight + part.morph_count as usize];
             first_weight += weights.len();
@@ -176,6 +178,7 @@ pub fn pose_vertices(world: &World, scene: &Scene, pose: &Pose) -> Vec<(Vec3, Ve
                 for (&joint, &weight) in influence.joints.iter().zip(&influence.weights) {
                     model_from_rest += matrices[joint as usize].as_dmat4() * f64::from(weight);
                 }
+                mirrored[v as usize] = (model_from_rest.determinant() < 0.0) != (world_from_model.determinant() < 0.0);
                 position = model_from_rest.transform_point3(position);
                 normal = carry_normal(DMat3::from_mat4(model_from_rest), normal);
                 for deformation in &deformations {
@@ -191,7 +194,8 @@ pub fn pose_vertices(world: &World, scene: &Scene, pose: &Pose) -> Vec<(Vec3, Ve
                 for t in part.triangles.clone() {
                     let triangle = geometry.triangles[t as usize].map(|v| v as usize);
                     let [a, b, c] = triangle.map(|v| posed[v].0.as_dvec3());
-                    let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+                    let area = (b - a).cross(c - a) * if mirrored[triangle[0]] { -1.0 } else { 1.0 };
+                    let normal = area.normalize_or_zero().as_vec3();
                     for v in triangle {
                         posed[v].1 = normal;
                     }

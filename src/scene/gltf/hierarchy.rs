@@ -62,16 +62,6 @@ impl Hierarchy {
             .collect();
         Ok(Self { shown: shown(document, &order, &parents, report), nodes, places })
     }
-
-    /// The transforms of all nodes at rest.
-    pub(super) fn model_from_node(&self) -> Vec<Mat4> {
-        let mut globals: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let local = Mat4::from_scale_rotation_translation(node.scale, node.rotation, node.translation);
-            globals.push(node.parent.map_or(local, |p| globals[p as usize] * local));
-        }
-        globals
-    }
 }
 
 /// The nodes under the roots of the document's scene; all of them where it has no scenes.

@@ -22,7 +22,6 @@ use super::{SceneError, Warning};
 use accessor::Accessors;
 use container::Container;
 use document::{Document, Primitive};
-use glam::Mat4;
 use hierarchy::Hierarchy;
 use materials::Materials;
 use primitive::{MAX_MORPHS, MAX_TRIANGLES, MAX_VERTICES, Rig, Room};
@@ -127,7 +126,6 @@ fn model<'a>(
         document,
         accessors,
         materials: Materials::new(document, accessors, container),
-        model_from_node: hierarchy.model_from_node(),
         geometry: Geometry {
             variants: document.extensions.variants.variants.iter().map(|v| name(Some(&v.name), "variant")).collect(),
             ..Geometry::default()
@@ -157,7 +155,6 @@ struct Build<'r, 'a> {
     accessors: &'r Accessors<'a>,
     hierarchy: Hierarchy,
     materials: Materials<'r, 'a>,
-    model_from_node: Vec<Mat4>,
     geometry: Geometry,
     names: BTreeSet<String>,
     /// By skin: its first matrix and how many.
@@ -221,9 +218,6 @@ impl Build<'_, '_> {
         let Some(mut mesh) = primitive::mesh(primitive, self.accessors, rig, &uv_use, room, report)? else {
             return Ok(());
         };
-        if self.mirrored(rig) {
-            mesh.flip();
-        }
         let material = self.materials.material(primitive.material, report)?;
         let mut variant_materials = Vec::new();
         for mapping in &primitive.extensions.variants.mappings {
@@ -280,16 +274,6 @@ impl Build<'_, '_> {
         let first = number(self.geometry.matrices.len())?;
         self.geometry.matrices.extend(sources);
         Ok(first)
-    }
-
-    /// Whether the rig turns the mesh inside out at rest: then its triangles wind the other way (glTF 2.0 §3.7.4).
-    fn mirrored(&self, rig: Rig) -> bool {
-        let (Rig::Node(matrix) | Rig::Skin { first: matrix, .. }) = rig;
-        let model_from_rest = match self.geometry.matrices[matrix as usize] {
-            MatrixSource::Node(node) => self.model_from_node[node as usize],
-            MatrixSource::Joint { node, inverse_bind } => self.model_from_node[node as usize] * inverse_bind,
-        };
-        model_from_rest.determinant() < 0.0
     }
 }
 

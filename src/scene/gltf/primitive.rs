@@ -333,11 +333,6 @@ impl Mesh {
             report.warn(format!("{mended} normals without length were worked out anew"));
         }
     }
-
-    /// Turns every triangle round.
-    pub(super) fn flip(&mut self) {
-        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    }
 }
 
 /// A point, or the origin where it is not finite: no triangle uses such a vertex.
