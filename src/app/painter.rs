@@ -1,8 +1,13 @@
-//! Paints the user interface on the window's surface.
+//! Paints the picture and the user interface on the window's surface.
+//!
+//! The picture and the panels' ground are not egui's: its fragment shader samples every texture twice, in two ways, and
+//! on a software adapter a windowful of it takes 58 ms of a core's time where a plain one takes 7.
 //!
 //! The surface's format is a plain one (not `…Srgb`): the picture and egui both hold sRGB-encoded values, which go to the
 //! screen as they are, so that the window shows what the PNG holds.
 
+use super::theme;
+use crate::gpu::pass::{Bindings, guarded, module_of};
 use crate::gpu::{Gpu, GpuError};
 use glam::UVec2;
 use winit::window::Window;
@@ -13,7 +18,16 @@ pub struct Painter {
     config: wgpu::SurfaceConfiguration,
     configured: bool,
     renderer: egui_wgpu::Renderer,
-    picture: Option<(egui::TextureId, wgpu::Texture)>,
+    blit: Blit,
+}
+
+/// Draws the picture.
+#[derive(Debug)]
+struct Blit {
+    pipeline: wgpu::RenderPipeline,
+    bindings: Bindings,
+    sampler: wgpu::Sampler,
+    bound: Option<(wgpu::Texture, wgpu::BindGroup)>,
 }
 
 /// What became of a painting.
@@ -56,7 +70,8 @@ impl Painter {
         // No dithering: the picture's bytes go to the screen unchanged.
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         let renderer = egui_wgpu::Renderer::new(&gpu.device, config.format, options);
-        Ok(Self { surface, config, configured: false, renderer, picture: None })
+        let blit = Blit::new(gpu, config.format)?;
+        Ok(Self { surface, config, configured: false, renderer, blit })
     }
 
     /// Goes on with another surface of the same window.
@@ -73,30 +88,9 @@ impl Painter {
         }
     }
 
-    /// The texture by which egui knows the picture.
-    pub fn picture_id(&mut self, gpu: &Gpu, picture: &wgpu::Texture) -> egui::TextureId {
-        let filter = wgpu::FilterMode::Linear;
-        let view = || picture.create_view(&wgpu::TextureViewDescriptor::default());
-        match &mut self.picture {
-            Some((id, known)) => {
-                if known != picture {
-                    let (device, renderer) = (&gpu.device, &mut self.renderer);
-                    renderer.update_egui_texture_from_wgpu_texture(device, &view(), filter, *id);
-                    *known = picture.clone();
-                }
-                *id
-            }
-            None => {
-                let id = self.renderer.register_native_texture(&gpu.device, &view(), filter);
-                self.picture = Some((id, picture.clone()));
-                id
-            }
-        }
-    }
-
-    /// Paints what egui made and shows it.
-    pub fn paint(&mut self, gpu: &Gpu, window: &Window, ctx: &egui::Context, output: PaintInput) -> Painted {
-        let PaintInput { shapes, mut textures, pixels_per_point } = output;
+    /// Paints the picture and what egui made, and shows it.
+    pub fn paint(&mut self, gpu: &Gpu, window: &Window, ctx: &egui::Context, mut input: PaintInput<'_>) -> Painted {
+        let mut textures = std::mem::take(&mut input.textures);
         let free = std::mem::take(&mut textures.free);
         #[expect(clippy::iter_over_hash_type, reason = "each texture is written on its own")]
         for (id, deltas) in textures.set.drain() {
@@ -104,7 +98,7 @@ impl Painter {
                 self.renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
             }
         }
-        let painted = self.paint_shapes(gpu, window, ctx, shapes, pixels_per_point);
+        let painted = self.paint_shapes(gpu, window, ctx, input);
         #[expect(clippy::iter_over_hash_type, reason = "each texture is freed on its own")]
         for id in &free {
             self.renderer.free_texture(id);
@@ -112,14 +106,18 @@ impl Painter {
         painted
     }
 
-    fn paint_shapes(
-        &mut self,
-        gpu: &Gpu,
-        window: &Window,
-        ctx: &egui::Context,
-        shapes: Vec<egui::epaint::ClippedShape>,
-        pixels_per_point: f32,
-    ) -> Painted {
+    /// A colour as the surface takes it to clear: encoded as it is, unless the surface encodes by itself.
+    fn ground(&self, color: egui::Color32) -> wgpu::Color {
+        let [r, g, b, _] = if self.config.format.is_srgb() {
+            egui::Rgba::from(color).to_array()
+        } else {
+            color.to_normalized_gamma_f32()
+        };
+        wgpu::Color { r: r.into(), g: g.into(), b: b.into(), a: 1.0 }
+    }
+
+    fn paint_shapes(&mut self, gpu: &Gpu, window: &Window, ctx: &egui::Context, input: PaintInput<'_>) -> Painted {
+        let PaintInput { shapes, pixels_per_point, picture, place, .. } = input;
         if self.config.width == 0 || self.config.height == 0 {
             return Painted::Nowhere;
         }
@@ -154,7 +152,7 @@ impl Painter {
                     view: &view,
                     resolve_target: None,
                     ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                        load: wgpu::LoadOp::Clear(self.ground(theme::PANEL)),
                         store: wgpu::StoreOp::Store,
                     },
                     depth_slice: None,
@@ -162,6 +160,9 @@ impl Painter {
                 ..Default::default()
             })
             .forget_lifetime();
+        if let Some(picture) = picture {
+            self.blit.draw(gpu, &mut pass, picture, place, size_in_pixels);
+        }
         self.renderer.render(&mut pass, &jobs, &screen);
         drop(pass);
         gpu.queue.submit(extra.into_iter().chain([encoder.finish()]));
@@ -171,13 +172,86 @@ impl Painter {
     }
 }
 
-/// What egui wants painted.
+impl Blit {
+    fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Result<Self, GpuError> {
+        let shader = gpu.shaders.load("painter.wgsl")?;
+        let bindings = Bindings::of(&shader, "painter", &["corner", "texel"])?;
+        let pipeline = guarded(gpu, "painter.wgsl", || {
+            let module = module_of(gpu, &shader);
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("painter"),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("corner"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("texel"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("painter"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        Ok(Self { pipeline, bindings, sampler, bound: None })
+    }
+
+    fn draw(
+        &mut self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        picture: &wgpu::Texture,
+        place: egui::Rect,
+        target: [u32; 2],
+    ) {
+        let group = match &self.bound {
+            Some((bound, group)) if bound == picture => group.clone(),
+            _ => {
+                let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
+                let resources = [
+                    ("picture", wgpu::BindingResource::TextureView(&view)),
+                    ("linear_clamp", wgpu::BindingResource::Sampler(&self.sampler)),
+                ];
+                self.bindings.group(gpu, &self.pipeline.get_bind_group_layout(0), &resources)
+            }
+        };
+        #[expect(clippy::cast_precision_loss, reason = "sizes of windows are small")]
+        let window = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(target[0] as f32, target[1] as f32));
+        let place = place.intersect(window);
+        if place.is_positive() {
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.set_viewport(place.min.x, place.min.y, place.width(), place.height(), 0.0, 1.0);
+            pass.draw(0..3, 0..1);
+        }
+        self.bound = Some((picture.clone(), group));
+    }
+}
+
+/// What is to be painted.
 #[derive(Debug)]
-pub struct PaintInput {
-    /// Shapes.
+pub struct PaintInput<'a> {
+    /// egui's shapes.
     pub shapes: Vec<egui::epaint::ClippedShape>,
-    /// Textures to write before and free after.
+    /// egui's textures to write before and free after.
     pub textures: egui::TexturesDelta,
     /// Physical pixels a point.
     pub pixels_per_point: f32,
+    /// The picture, if there is one.
+    pub picture: Option<&'a wgpu::Texture>,
+    /// Its place, pixels.
+    pub place: egui::Rect,
 }

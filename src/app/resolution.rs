@@ -9,7 +9,7 @@ use glam::UVec2;
 /// Fractions of the full side, coarse to fine, each with about √2 times the pixels of the one before.
 pub const STEPS: &[f32] = &[0.15, 0.18, 0.21, 0.25, 0.30, 0.35, 0.42, 0.50, 0.59, 0.71, 0.84, 1.0];
 /// No picture is smaller than this on its longer side, unless the full one is.
-const FEWEST_PIXELS: u32 = 128;
+const FEWEST_PIXELS: u32 = 224;
 /// How much of an older frame's weight is left when a new one comes.
 const FORGET: f64 = 0.85;
 /// Longer than this many targets: the picture shrinks at once.
@@ -18,8 +18,10 @@ const TOO_LONG: f64 = 1.15;
 const SHORT: f64 = 0.85;
 /// Frames in a row that must be short.
 const CALM_FRAMES: u32 = 4;
-/// Where the fixed part alone takes too long, the pixels still get this share of the target.
+/// Where the fixed part alone takes too long, the pixels still get this share of the target, and
 const PIXEL_SHARE: f64 = 0.4;
+/// this share of the fixed part: less would cost much sharpness and gain little time.
+const FIXED_SHARE: f64 = 0.5;
 /// The share of a frame's time laid to its pixels until frames of two sizes have been measured.
 const FIRST_SHARE: f64 = 0.6;
 /// The least share that is believed, whatever the estimate says: a scene that changes while the size does misleads it.
@@ -88,7 +90,7 @@ impl Resolution {
 
     fn choose(&mut self, full: UVec2) {
         let (fixed, per_pixel) = self.line();
-        let allowed = (self.target_ms - fixed).max(self.target_ms * PIXEL_SHARE);
+        let allowed = (self.target_ms - fixed).max(self.target_ms * PIXEL_SHARE).max(fixed * FIXED_SHARE);
         let cost = |step: usize| per_pixel * pixels(size_at(full, step));
         if cost(self.step) > allowed * TOO_LONG {
             self.step = (0..self.step).rev().find(|s| cost(*s) <= allowed).unwrap_or(0);

@@ -251,17 +251,16 @@ impl Shell {
         let mut input = opened.egui.take_egui_input(&opened.window);
         let mut commands: Vec<Command> = take_keys(&ctx, &mut input, &mut self.held_keys);
         let picture = opened.pictures.picture().cloned();
-        let picture = picture.map(|p| opened.painter.picture_id(&opened.gpu, &p));
         let mut stage = Stage {
             session: &mut self.session,
             chrome: &mut self.chrome,
             measured: opened.pictures.measured(),
             frame: Some(opened.pictures.frame()),
             adapter: &opened.adapter,
-            picture,
             commands: Vec::new(),
         };
         let mut shown = (egui::Rect::NOTHING, false);
+        let started = Instant::now();
         let output = ctx.run_ui(input, |ui| {
             stage.commands.clear();
             shown = panels::show(ui, &mut stage);
@@ -269,10 +268,19 @@ impl Shell {
         commands.append(&mut stage.commands);
         opened.egui.handle_platform_output_with_event_loop(&opened.window, event_loop, output.platform_output);
         let (place, times_on_view) = shown;
+        let place = (place * output.pixels_per_point).round();
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         let pixels_per_point = output.pixels_per_point;
-        let input = PaintInput { shapes: output.shapes, textures: output.textures_delta, pixels_per_point };
+        let input = PaintInput {
+            shapes: output.shapes,
+            textures: output.textures_delta,
+            pixels_per_point,
+            picture: picture.as_ref(),
+            place,
+        };
+        let ui_ms = started.elapsed().as_secs_f64() * 1e3;
         let painted = opened.painter.paint(&opened.gpu, &opened.window, &ctx, input);
+        tracing::debug!(ui_ms, paint_ms = started.elapsed().as_secs_f64() * 1e3 - ui_ms, ?delay, "painted");
         if painted == Painted::Lost {
             opened.replace_surface()?;
         }
@@ -290,9 +298,9 @@ impl Shell {
             self.carry_out(command, &ctx);
             self.redraw_after(Duration::ZERO);
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and small")]
-        let pixels = |points: f32| (points.max(0.0) * pixels_per_point).round() as u32;
-        Ok(if place.is_finite() { UVec2::new(pixels(place.width()), pixels(place.height())) } else { UVec2::ZERO })
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, whole and small")]
+        let size = UVec2::new(place.width().max(0.0) as u32, place.height().max(0.0) as u32);
+        Ok(if place.is_finite() { size } else { UVec2::ZERO })
     }
 
     /// Starts the next frame, if one is needed, and plans the next painting.

@@ -4,10 +4,8 @@ use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, Te
 
 /// The one warm colour: what is chosen, what plays, what is held.
 pub const ACCENT: Color32 = Color32::from_rgb(222, 160, 92);
-/// Behind the picture.
-pub const BACKDROP: Color32 = Color32::from_rgb(15, 16, 18);
-/// Of the panels.
-const PANEL: Color32 = Color32::from_rgb(24, 25, 28);
+/// Of the panels: what the window is cleared to, so that egui need not fill it.
+pub const PANEL: Color32 = Color32::from_rgb(24, 25, 28);
 /// Of cards and pop-ups, a little above the panels.
 const RAISED: Color32 = Color32::from_rgb(32, 34, 38);
 /// Body text.
@@ -49,7 +47,7 @@ pub fn apply(ctx: &egui::Context) {
 
 fn visuals() -> Visuals {
     let mut v = Visuals::dark();
-    v.panel_fill = PANEL;
+    v.panel_fill = Color32::TRANSPARENT;
     v.window_fill = RAISED;
     v.window_stroke = Stroke::new(1.0, Color32::from_rgb(52, 54, 60));
     v.window_corner_radius = CornerRadius::same(8);

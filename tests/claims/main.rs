@@ -24,6 +24,7 @@ mod support;
 mod surroundings;
 mod volume;
 mod voxelizers;
+mod window;
 
 use murrine::gpu::{AdapterChoice, Gpu};
 use std::sync::OnceLock;

@@ -19,7 +19,7 @@ use super::pictures::Measured;
 use super::session::Session;
 use super::theme;
 use crate::frame::Frame;
-use egui::{CentralPanel, CollapsingHeader, Panel, PointerButton, Pos2, Rect, RichText, ScrollArea, Sense, Ui};
+use egui::{CentralPanel, CollapsingHeader, Panel, PointerButton, Rect, RichText, ScrollArea, Sense, Ui};
 use std::path::PathBuf;
 
 /// Width of the sections at first, points.
@@ -76,8 +76,6 @@ pub struct Stage<'a> {
     pub frame: Option<&'a Frame>,
     /// The adapter's name and driver.
     pub adapter: &'a str,
-    /// The picture, if there is one.
-    pub picture: Option<egui::TextureId>,
     /// Filled: what is to be done.
     pub commands: Vec<Command>,
 }
@@ -93,8 +91,7 @@ pub fn show(ui: &mut Ui, stage: &mut Stage<'_>) -> (Rect, bool) {
             Panel::bottom("time").resizable(false).show(ui, |ui| timeline::show(ui, stage));
         }
     }
-    let frame = egui::Frame::NONE.fill(theme::BACKDROP);
-    let place = CentralPanel::no_frame().frame(frame).show(ui, |ui| picture(ui, stage)).inner;
+    let place = CentralPanel::no_frame().show(ui, |ui| picture(ui, stage)).inner;
     notices::show(ui, stage, place);
     if stage.chrome.help {
         help::show(ui, stage, place);
@@ -137,14 +134,10 @@ fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) 
     response.body_returned.is_some()
 }
 
-/// The picture and the camera's controls on it; returns its place.
+/// The camera's controls on the picture, which the painter draws; returns its place.
 fn picture(ui: &mut Ui, stage: &mut Stage<'_>) -> Rect {
     let place = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(place, Sense::click_and_drag());
-    if let Some(id) = stage.picture {
-        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        ui.painter().image(id, place, whole, egui::Color32::WHITE);
-    }
     if let Some(name) = &stage.chrome.loading {
         let at = place.left_bottom() + egui::vec2(14.0, -12.0);
         let font = egui::FontId::proportional(13.0);

@@ -1,0 +1,347 @@
+//! The window: its parts that need no display, and a real one on a display of its own.
+
+use egui::{Key, Modifiers};
+use glam::{DVec3, UVec2, Vec2, Vec3};
+use murrine::app::actions::{self, ACTIONS, ActionId, CLICKER_KEYS, Group};
+use murrine::app::history::History;
+use murrine::app::notices::{Notices, Severity, Topic};
+use murrine::app::resolution::{Resolution, STEPS};
+use murrine::app::session::{Session, neighbour};
+use murrine::app::timeline::Timeline;
+use murrine::app::{fallback, loader, orbit};
+use murrine::scene::description::{Bounds, Camera};
+use murrine::scene::{Scene, World};
+
+const CTRL: Modifiers = Modifiers { command: true, ctrl: true, ..Modifiers::NONE };
+const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..CTRL };
+
+#[test]
+fn no_key_means_two_actions() {
+    for (i, a) in ACTIONS.iter().enumerate() {
+        for b in &ACTIONS[i + 1..] {
+            for (x, y) in a.keys.iter().flat_map(|x| b.keys.iter().map(move |y| (x, y))) {
+                assert!(!x.collides(y), "{} means both \"{}\" and \"{}\"", x.text(), a.name, b.name);
+            }
+        }
+    }
+    let undo = actions::action_of(ActionId::Undo).unwrap();
+    assert!(undo.keys[0].collides(&undo.keys[0]), "a key collides with itself");
+}
+
+#[test]
+fn every_action_has_a_key_and_a_line_in_the_help() {
+    let lines: Vec<_> = Group::ALL.iter().flat_map(|(group, _)| actions::help_lines(*group)).collect();
+    assert_eq!(lines.len(), ACTIONS.len());
+    for action in ACTIONS {
+        assert!(!action.keys.is_empty(), "\"{}\" has no key", action.name);
+        let line = lines.iter().find(|l| l.name == action.name).unwrap();
+        for key in action.keys {
+            assert!(line.keys.contains(&key.text()), "the help of \"{}\" lacks {}", action.name, key.text());
+        }
+    }
+}
+
+#[test]
+fn the_keys_that_users_bring_with_them_do_what_they_expect() {
+    let shift = Modifiers { shift: true, ..Modifiers::NONE };
+    for (key, modifiers, action) in [
+        (Key::Space, Modifiers::NONE, ActionId::PlayPause),
+        (Key::Period, Modifiers::NONE, ActionId::FrameAll),
+        (Key::H, Modifiers::NONE, ActionId::Help),
+        (Key::Questionmark, shift, ActionId::Help),
+        (Key::F11, Modifiers::NONE, ActionId::FullScreen),
+        (Key::F12, Modifiers::NONE, ActionId::Screenshot),
+        (Key::Tab, Modifiers::NONE, ActionId::Panels),
+        (Key::Z, CTRL, ActionId::Undo),
+        (Key::Z, CTRL_SHIFT, ActionId::Redo),
+        (Key::S, CTRL, ActionId::Save),
+    ] {
+        assert_eq!(actions::of_key(key, modifiers), Some(action), "{key:?}");
+    }
+    assert_eq!(actions::of_key(Key::Z, Modifiers::NONE), None, "a bare z undoes nothing");
+    for key in CLICKER_KEYS {
+        assert!(actions::of_key(*key, Modifiers::NONE).is_some(), "a clicker's {key:?} does nothing");
+    }
+}
+
+#[test]
+fn orbiting_keeps_the_distance_and_never_passes_a_pole() {
+    let mut camera = Camera { eye: Vec3::new(3.0, 1.0, 2.0), target: Vec3::new(0.5, 0.5, 0.0), ..Camera::default() };
+    let distance = (camera.eye - camera.target).length();
+    for step in 0..400 {
+        orbit::orbit(&mut camera, 0.07, if step < 200 { 0.5 } else { -0.5 });
+        let back = camera.eye - camera.target;
+        assert!((back.length() - distance).abs() < 1e-3 * distance, "the distance is {}", back.length());
+        assert!(back.angle_between(camera.up) > 0.01 && back.angle_between(-camera.up) > 0.01, "at a pole");
+    }
+    let before = camera;
+    orbit::orbit(&mut camera, 0.3, 0.0);
+    assert_ne!(camera, before, "an orbit moves the eye");
+}
+
+#[test]
+fn a_turn_there_and_back_ends_where_it_began() {
+    let mut camera = Camera { eye: Vec3::new(1.0, 2.0, 4.0), ..Camera::default() };
+    let before = camera;
+    orbit::orbit(&mut camera, 0.9, 0.0);
+    orbit::orbit(&mut camera, -0.9, 0.0);
+    assert!((camera.eye - before.eye).length() < 1e-5);
+    orbit::pan(&mut camera, Vec2::new(0.2, -0.1));
+    assert!((camera.target - before.target).length() > 0.1, "a pan moves the target");
+    orbit::pan(&mut camera, Vec2::new(-0.2, 0.1));
+    assert!((camera.eye - before.eye).length() < 1e-5);
+}
+
+#[test]
+fn a_pan_by_the_pictures_height_moves_what_is_looked_at_by_it() {
+    let mut camera = Camera::default();
+    orbit::pan(&mut camera, Vec2::new(0.0, 1.0));
+    let height = 2.0 * 5.0 * 15f32.to_radians().tan();
+    assert!((camera.target.y - height).abs() < 1e-5, "dragging down lifts the camera: {}", camera.target);
+}
+
+#[test]
+fn no_camera_breaks_the_controls() {
+    for eye in [Vec3::ZERO, Vec3::Y * 5.0, Vec3::NAN, Vec3::splat(1e30)] {
+        let mut camera = Camera { eye, ..Camera::default() };
+        orbit::orbit(&mut camera, 0.1, 0.1);
+        orbit::pan(&mut camera, Vec2::new(0.1, 0.1));
+        orbit::zoom(&mut camera, 0.5);
+        orbit::zoom(&mut camera, f32::NAN);
+        let bounds = Bounds { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
+        orbit::frame(&mut camera, &bounds, 0.0);
+        assert!(camera.eye.is_finite() && camera.target.is_finite(), "{eye} became {camera:?}");
+    }
+}
+
+#[test]
+fn framing_shows_the_body_whole_in_wide_and_narrow_pictures() {
+    let bounds = Bounds { min: DVec3::new(-4.0, 0.0, -1.0), max: DVec3::new(6.0, 2.0, 1.0) };
+    for aspect in [0.3, 1.0, 2.0f32] {
+        let mut camera = Camera { eye: Vec3::new(2.0, 3.0, 4.0), ..Camera::default() };
+        orbit::frame(&mut camera, &bounds, aspect);
+        let forward = (camera.target - camera.eye).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let tan = (camera.fov_deg.to_radians() * 0.5).tan();
+        for corner in bounds.corners() {
+            let p = corner.as_vec3() - camera.eye;
+            let (x, y) = (p.dot(right) / p.dot(forward), p.dot(right.cross(forward)) / p.dot(forward));
+            assert!(y.abs() <= tan && x.abs() <= tan * aspect, "aspect {aspect}: {corner} is outside");
+        }
+    }
+}
+
+fn scene_with_exposure(exposure: f32) -> Scene {
+    let mut scene = fallback::scene();
+    scene.effect.exposure = exposure;
+    scene
+}
+
+#[test]
+fn a_drag_is_one_edit_that_can_be_taken_back_and_made_again() {
+    let mut scene = scene_with_exposure(1.0);
+    let mut world = World::default();
+    let mut history = History::new(&scene, &world);
+    for exposure in [1.1, 1.2, 1.3] {
+        scene.effect.exposure = exposure;
+        history.observe(&scene, &world, true);
+    }
+    history.observe(&scene, &world, false);
+    scene.effect.max_events = 2;
+    history.observe(&scene, &world, false);
+    assert!(history.undo(&mut scene, &mut world));
+    assert_eq!((scene.effect.exposure, scene.effect.max_events), (1.3, 8));
+    assert!(history.undo(&mut scene, &mut world));
+    assert_eq!(scene.effect.exposure, 1.0, "the whole drag is taken back");
+    assert!(!history.undo(&mut scene, &mut world), "there is nothing more to take back");
+    assert!(history.redo(&mut scene, &mut world) && history.redo(&mut scene, &mut world));
+    assert_eq!((scene.effect.exposure, scene.effect.max_events), (1.3, 2));
+    assert!(!history.redo(&mut scene, &mut world));
+}
+
+#[test]
+fn a_camera_move_is_no_edit_and_survives_undo() {
+    let mut scene = scene_with_exposure(1.0);
+    let mut world = World::default();
+    let mut history = History::new(&scene, &world);
+    scene.camera.eye = Vec3::new(9.0, 9.0, 9.0);
+    history.observe(&scene, &world, false);
+    assert!(!history.can_undo(), "moving the camera made an edit");
+    scene.effect.exposure = 2.0;
+    history.observe(&scene, &world, false);
+    assert!(history.undo(&mut scene, &mut world));
+    assert_eq!((scene.effect.exposure, scene.camera.eye), (1.0, Vec3::new(9.0, 9.0, 9.0)));
+}
+
+#[test]
+fn an_edit_after_an_undo_forgets_what_was_undone() {
+    let mut scene = scene_with_exposure(1.0);
+    let mut world = World::default();
+    let mut history = History::new(&scene, &world);
+    scene.effect.exposure = 2.0;
+    history.observe(&scene, &world, false);
+    history.undo(&mut scene, &mut world);
+    scene.effect.exposure = 3.0;
+    history.observe(&scene, &world, false);
+    assert!(!history.redo(&mut scene, &mut world));
+    assert_eq!(scene.effect.exposure, 3.0);
+}
+
+/// Runs the controller against an adapter that takes `fixed + per_pixel · pixels`; returns the last 50 frames' steps
+/// and times.
+fn held(fixed_ms: f64, per_pixel_ms: f64, full: UVec2) -> Vec<(f32, f64)> {
+    let mut resolution = Resolution::new(40.0);
+    let mut seen = Vec::new();
+    for frame in 0..200u32 {
+        let size = resolution.moving_size(full);
+        let noise = 1.0 + 0.1 * (f64::from(frame * 7919 % 13) / 6.0 - 1.0);
+        let ms = (fixed_ms + per_pixel_ms * f64::from(size.x * size.y)) * noise;
+        resolution.measured(full, size, ms);
+        seen.push((resolution.scale(), ms));
+    }
+    seen.split_off(150)
+}
+
+#[test]
+fn the_resolution_holds_the_frame_time_without_hunting() {
+    let full = UVec2::new(960, 760);
+    let slow = held(14.0, 60.0 / 256.0 / 256.0, full);
+    assert!(slow.iter().all(|(_, ms)| *ms < 60.0), "a moving frame takes too long: {slow:?}");
+    assert!(slow.iter().any(|(_, ms)| *ms > 20.0), "the picture is coarser than need be: {slow:?}");
+    let scales: std::collections::BTreeSet<u32> = slow.iter().map(|(s, _)| s.to_bits()).collect();
+    assert!(scales.len() <= 2, "it hunts between {} sizes", scales.len());
+    assert!(held(1.0, 1e-6, full).iter().all(|(s, _)| *s == 1.0), "a fast adapter is not used whole");
+}
+
+#[test]
+fn a_fixed_part_that_is_too_long_does_not_drive_the_picture_to_nothing() {
+    let full = UVec2::new(960, 760);
+    let mean = held(120.0, 30.0 / 256.0 / 256.0, full).iter().map(|(s, _)| f64::from(*s)).sum::<f64>() / 50.0;
+    assert!(mean >= 0.3, "the side is down to {mean}, which gains next to nothing");
+}
+
+#[test]
+fn no_size_is_nothing_and_none_is_larger_than_the_window() {
+    for full in [UVec2::ZERO, UVec2::ONE, UVec2::new(1, 2000), UVec2::new(50, 3), UVec2::new(4000, 3000)] {
+        let mut resolution = Resolution::new(40.0);
+        for ms in [500.0, 0.0, f64::NAN, 1e9, 1.0] {
+            let size = resolution.moving_size(full);
+            assert!(size.min_element() >= 1 && size.cmple(full.max(UVec2::ONE)).all(), "{full} became {size}");
+            resolution.measured(full, size, ms);
+            assert!(STEPS.contains(&resolution.scale()));
+        }
+    }
+}
+
+#[test]
+fn time_plays_loops_and_stays_within_its_bounds() {
+    let mut timeline = Timeline { playing: true, duration_secs: 2.0, ..Timeline::default() };
+    timeline.advance(0.2);
+    timeline.advance(1e6);
+    assert!(timeline.time_secs < 1.0, "a stall made the picture jump by {} s", timeline.time_secs);
+    timeline.time_secs = 4.5;
+    assert_eq!(timeline.phase_secs(), 0.5);
+    timeline.step(-100.0);
+    assert_eq!((timeline.time_secs, timeline.playing), (0.0, false));
+    timeline.advance(0.1);
+    assert_eq!(timeline.time_secs, 0.0, "paused time stands still");
+    let still = Timeline { playing: true, ..Timeline::default() };
+    assert!(!still.is_running(), "a scene in which nothing moves is never rendered twice");
+}
+
+#[test]
+fn a_notice_is_shown_once_until_it_changes() {
+    let mut notices = Notices::default();
+    let warn = |notices: &mut Notices, text: &str| {
+        notices.set(Topic::FrameWarnings, Severity::Warning, [text.to_owned(), text.to_owned()]);
+    };
+    warn(&mut notices, "odd");
+    warn(&mut notices, "odd");
+    assert_eq!(notices.shown().len(), 1);
+    notices.dismiss(0);
+    warn(&mut notices, "odd");
+    assert!(notices.shown().is_empty(), "a dismissed warning came back");
+    warn(&mut notices, "odder");
+    assert_eq!(notices.shown().len(), 1);
+    notices.clear(Topic::FrameWarnings);
+    warn(&mut notices, "odd");
+    assert_eq!(notices.shown().len(), 1, "one that was mended and broke again is news");
+}
+
+fn opened(path: Option<&std::path::Path>, reason: loader::Reason, session: &mut Session) {
+    let result = loader::load(path, &[], &session.world);
+    let path = path.map(ToOwned::to_owned);
+    session.receive(loader::Answer { number: 0, reason, path, result });
+}
+
+#[test]
+fn a_bad_file_keeps_the_last_good_scene_and_tells() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bad.toml");
+    std::fs::write(&path, "[camera]\nfov = 3\n").unwrap();
+    let mut session = Session::default();
+    opened(None, loader::Reason::Open, &mut session);
+    let before = session.scene.clone();
+    opened(Some(&path), loader::Reason::Open, &mut session);
+    assert_eq!(session.scene, before);
+    let told = &session.notices.shown()[0];
+    assert_eq!(told.severity, Severity::Error);
+    assert!(told.text.contains("bad.toml:2:"), "{}", told.text);
+    std::fs::write(&path, "[[model]]\nshape = \"icosphere\"\n").unwrap();
+    opened(Some(&path), loader::Reason::Open, &mut session);
+    assert!(session.notices.shown().is_empty(), "a mended file still shows its error");
+    assert_eq!(session.path.as_deref(), Some(path.as_path()));
+}
+
+#[test]
+fn a_saved_scene_is_whole_and_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("saved.toml");
+    let mut session = Session::default();
+    opened(None, loader::Reason::Open, &mut session);
+    session.scene.effect.exposure = 1.75;
+    assert!(session.is_edited());
+    session.save(&path);
+    assert!(!session.is_edited());
+    let entries = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(entries, 1, "a temporary file was left behind");
+    let saved = loader::load(Some(&path), &[], &World::default()).unwrap();
+    assert_eq!(saved.scene.effect, session.scene.effect);
+    assert_eq!(saved.scene.models, session.scene.models);
+    session.save(&folder.path().join("no such folder/x.toml"));
+    assert_eq!(session.notices.shown().last().unwrap().severity, Severity::Error);
+    assert_eq!(session.path.as_deref(), Some(path.as_path()), "a failed save changed the file");
+}
+
+#[test]
+fn a_reload_takes_the_file_and_leaves_a_moved_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = |exposure: f32| format!("[effect]\nexposure = {exposure:?}\n[[model]]\nshape = \"icosphere\"\n");
+    std::fs::write(&path, text(1.0)).unwrap();
+    let mut session = Session::default();
+    opened(Some(&path), loader::Reason::Open, &mut session);
+    session.scene.camera.eye = Vec3::new(1.0, 2.0, 3.0);
+    session.scene.effect.max_events = 3;
+    opened(Some(&path), loader::Reason::Changed, &mut session);
+    assert_eq!(session.scene.effect.max_events, 3, "a file that says the same as before took an edit away");
+    std::fs::write(&path, text(2.0)).unwrap();
+    opened(Some(&path), loader::Reason::Changed, &mut session);
+    assert_eq!((session.scene.effect.exposure, session.scene.effect.max_events), (2.0, 8));
+    assert_eq!(session.scene.camera.eye, Vec3::new(1.0, 2.0, 3.0));
+    session.undo();
+    assert_eq!(session.scene.effect.max_events, 3, "a reload can be taken back");
+}
+
+#[test]
+fn the_scenes_of_a_folder_follow_each_other_round_and_round() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.toml", "b.toml", "c.toml", "fox.glb", "notes.txt"] {
+        std::fs::write(folder.path().join(name), "").unwrap();
+    }
+    let next = |name: &str, by| neighbour(&folder.path().join(name), by).unwrap();
+    assert_eq!(next("a.toml", 1), folder.path().join("b.toml"));
+    assert_eq!(next("c.toml", 1), folder.path().join("a.toml"));
+    assert_eq!(next("a.toml", -1), folder.path().join("c.toml"));
+    assert_eq!(next("fox.glb", 1), folder.path().join("fox.glb"), "models follow models");
+}
