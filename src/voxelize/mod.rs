@@ -9,6 +9,7 @@ mod fragment_parallel;
 mod hybrid;
 mod raster;
 mod separating_axes;
+mod slice_amplified;
 mod triangle_parallel;
 mod variant;
 
@@ -84,7 +85,7 @@ impl<'a> Input<'a> {
 
 /// All methods, in the order of the menu.
 pub const METHODS: &[Method] =
-    &[hybrid::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD, cpu_exact::METHOD];
+    &[hybrid::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD, slice_amplified::METHOD, cpu_exact::METHOD];
 
 /// The method of this name.
 ///

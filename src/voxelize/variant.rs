@@ -23,9 +23,15 @@ impl Variant {
         }
     }
 
-    /// Values of the shader's overrides.
+    /// Values of the overrides of a shader that tests boxes.
     pub(super) fn constants(self) -> [(&'static str, f64); 2] {
-        [("thin", f64::from(u8::from(self.thin))), ("perspective", f64::from(u8::from(self.perspective)))]
+        let [projection] = self.projection_constants();
+        [("thin", f64::from(u8::from(self.thin))), projection]
+    }
+
+    /// Values of the overrides of a shader that only maps triangles into a grid.
+    pub(super) fn projection_constants(self) -> [(&'static str, f64); 1] {
+        [("perspective", f64::from(u8::from(self.perspective)))]
     }
 }
 
