@@ -101,7 +101,7 @@ fn toggle_columns(t: Crossed, walk: ColumnWalk) {
             let weights = vec3f(wide_to_f32(at_a), wide_to_f32(at_b), wide_to_f32(at_c));
             let along = t.depths.yz - t.depths.x;
             var depth = t.depths.x + dot(weights.yz, along) / (weights.x + weights.y + weights.z);
-            if PROJECTION != ORTHOGRAPHIC {
+            if perspective {
                 depth = slice_of(grids[g], clamp(depth, 0.0, f32(slices)));
             }
             let first = max(i32(ceil(depth - 0.5)), 0);
@@ -128,7 +128,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     }
     let first = crossed_of(cut.a, cut.b, cut.c);
     var columns = column_count(first.lo, first.hi);
-    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+    if perspective && cut.pieces == 2u {
         let second = crossed_of(cut.a, cut.c, cut.d);
         columns = max(columns, column_count(second.lo, second.hi));
         if defer_large(triangle, columns) {
@@ -148,7 +148,7 @@ fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_inde
     let cut = triangle_of(share & 0xffffffu);
     let first = crossed_of(cut.a, cut.b, cut.c);
     var columns = column_count(first.lo, first.hi);
-    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+    if perspective && cut.pieces == 2u {
         let second = crossed_of(cut.a, cut.c, cut.d);
         columns = max(columns, column_count(second.lo, second.hi));
         toggle_columns(second, share_of_columns(second.lo, second.hi, columns, share >> 24u, thread));

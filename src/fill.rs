@@ -31,7 +31,7 @@ impl FillInterior {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, GridCounters::LAYOUT];
         let pass = |entry, projection: u32| {
-            let constants = [("PROJECTION", f64::from(projection))];
+            let constants = [("perspective", f64::from(projection))];
             ComputePass::with_constants(gpu, "fill.wgsl", entry, &layouts, &constants)
         };
         let toggle = |projection| Ok::<_, GpuError>([pass("main", projection)?, pass("large", projection)?]);

@@ -56,7 +56,7 @@ impl Resolve {
         let layouts = [Grid::LAYOUT, GridCounters::LAYOUT, Record::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
         let pass = |shader, entry| ComputePass::new(gpu, shader, entry, &layouts);
         let claims = |projection: u32| -> Result<ClaimPasses, GpuError> {
-            let constants = [("PROJECTION", f64::from(projection))];
+            let constants = [("perspective", f64::from(projection))];
             let pass = |shader, entry| ComputePass::with_constants(gpu, shader, entry, &layouts, &constants);
             Ok(ClaimPasses {
                 winners: pass("resolve/winners.wgsl", "main")?,

@@ -14,7 +14,7 @@ struct Claim {
 // `frame` is the triangle's in grid space.
 fn claim_of(frame: ClosestFrame, cell: vec3i) -> Claim {
     var offset: vec3f;
-    if PROJECTION == ORTHOGRAPHIC {
+    if !perspective {
         offset = 2.0 * closest_offset(frame, vec3f(cell) + 0.5);
     } else {
         // Nearness is measured in half cells: a cell of a perspective grid is not as deep as it is wide.

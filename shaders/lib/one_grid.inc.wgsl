@@ -1,14 +1,11 @@
 #include "lib/geometry.inc.wgsl"
 #include "lib/grid_triangle.inc.wgsl"
-// What passes over the triangles of one grid share: its bindings 0–4, its projection, the triangles in its space.
+// What passes over the triangles of one grid share: its bindings 0–4, the triangles in its space.
 @group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
 @group(0) @binding(1) var<uniform> grid_index: vec4u;
 @group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(3) var<storage, read> indices: array<u32>;
 @group(0) @binding(4) var<storage, read> materials: array<PartMaterial>;
-
-// The grid's projection: the code of the other is left out. (Where branches are masks, both would run.)
-override PROJECTION: u32 = ORTHOGRAPHIC;
 
 // A triangle in grid space, cut at the eye; no pieces if its part does not belong in this grid.
 fn triangle_of(triangle: u32) -> GridTriangle {
@@ -18,7 +15,7 @@ fn triangle_of(triangle: u32) -> GridTriangle {
     let b = vertices[indices[3u * triangle + 1u]].position;
     let c = vertices[indices[3u * triangle + 2u]].position;
     var cut: GridTriangle;
-    if PROJECTION == ORTHOGRAPHIC {
+    if !perspective {
         cut = GridTriangle(
             (grids[g].grid_from_world * vec4f(a, 1.0)).xyz,
             (grids[g].grid_from_world * vec4f(b, 1.0)).xyz,
@@ -38,7 +35,7 @@ fn triangle_of(triangle: u32) -> GridTriangle {
 
 // The depths in grid space between which the cells of a slice lie.
 fn slabs_of(slice: i32) -> vec2f {
-    if PROJECTION == ORTHOGRAPHIC {
+    if !perspective {
         return vec2f(0.0, 1.0) + f32(slice);
     }
     return vec2f(slab(grids[grid_index.x], f32(slice)), slab(grids[grid_index.x], f32(slice) + 1.0));

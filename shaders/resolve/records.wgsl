@@ -37,7 +37,7 @@ fn sheet_of(key: u32, cell: vec3i) -> Sheet {
     let g = grid_index.x;
     var offset: vec3f;
     var plane: vec3f;
-    if PROJECTION == ORTHOGRAPHIC {
+    if !perspective {
         let frame =
             closest_frame(grid_from_world(grids[g], a), grid_from_world(grids[g], b), grid_from_world(grids[g], c));
         offset = claim_of(frame, cell).offset;

@@ -66,7 +66,7 @@ fn walk_of(triangle: u32, a: vec3f, b: vec3f, c: vec3f) -> Walk {
 // The slices of two depths in grid space, a little apart.
 fn slices_of(ends: vec2f) -> vec2f {
     let growth = vec2f(-COLUMN_GROWTH, COLUMN_GROWTH);
-    if PROJECTION == ORTHOGRAPHIC {
+    if !perspective {
         return ends + growth;
     }
     let g = grid_index.x;
@@ -149,7 +149,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     }
     let first = walk_of(triangle, cut.a, cut.b, cut.c);
     var columns = column_count(first.lo.xy, first.hi.xy);
-    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+    if perspective && cut.pieces == 2u {
         let second = walk_of(triangle, cut.a, cut.c, cut.d);
         columns = max(columns, column_count(second.lo.xy, second.hi.xy));
         if defer_large(triangle, columns) {
@@ -170,7 +170,7 @@ fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_inde
     let cut = triangle_of(triangle);
     let first = walk_of(triangle, cut.a, cut.b, cut.c);
     var columns = column_count(first.lo.xy, first.hi.xy);
-    if PROJECTION != ORTHOGRAPHIC && cut.pieces == 2u {
+    if perspective && cut.pieces == 2u {
         let second = walk_of(triangle, cut.a, cut.c, cut.d);
         columns = max(columns, column_count(second.lo.xy, second.hi.xy));
         walk_columns(second, share_of_columns(second.lo.xy, second.hi.xy, columns, share, thread));
