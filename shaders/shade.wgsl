@@ -20,6 +20,7 @@
 @group(0) @binding(11) var environment: texture_2d<f32>;
 @group(0) @binding(12) var environment_sampler: sampler;
 @group(0) @binding(13) var textures: texture_2d_array<f32>;
+@group(0) @binding(22) var plane_light: texture_2d_array<f32>;
 @group(0) @binding(21) var texture_sampler: sampler;
 @group(0) @binding(14) var first_triangle: texture_2d<u32>;
 @group(0) @binding(15) var path_place: texture_2d<f32>;

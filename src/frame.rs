@@ -10,6 +10,7 @@ use crate::fill::FillInterior;
 use crate::gpu::{Gpu, GpuError, Recorder, StageTimes, Timing};
 use crate::light::LightColumns;
 use crate::march::{self, Channel, March, Radiance};
+use crate::plane_light::PlaneLight;
 use crate::resolve::Resolve;
 use crate::scene::description::Fill;
 use crate::scene::{Scene, World};
@@ -49,6 +50,7 @@ pub struct Frame {
     resolve: Resolve,
     fill: FillInterior,
     light: LightColumns,
+    plane_light: PlaneLight,
     march: March,
     compose: Compose,
 
@@ -75,6 +77,7 @@ impl Frame {
             resolve: Resolve::new(gpu)?,
             fill: FillInterior::new(gpu)?,
             light: LightColumns::new(gpu)?,
+            plane_light: PlaneLight::new(gpu)?,
             triangles: None,
             surroundings: None,
             volume: Volume::new(gpu)?,
@@ -153,11 +156,12 @@ impl Frame {
             for grid in cameras.light_grids.iter().cloned().flatten() {
                 self.light.record(&mut rec, volume, grid as usize, triangles, &scene.effect);
             }
+            self.plane_light.record(&mut rec, volume, triangles, (&inputs.surroundings, surroundings))?;
         }
         if stale.march {
             rec.stage("march")?;
-            let input =
-                march::Input { volume, triangles, surroundings, effect: &scene.effect, channel: request.channel };
+            let (effect, channel, plane_light) = (&scene.effect, request.channel, self.plane_light.view());
+            let input = march::Input { volume, triangles, surroundings, plane_light, effect, channel };
             self.march.record(&mut rec, &input, &self.radiance);
         }
         if stale.compose {

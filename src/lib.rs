@@ -18,6 +18,7 @@ pub mod resolve;
 pub mod fill;
 pub mod surroundings;
 pub mod light;
+pub mod plane_light;
 pub mod march;
 pub mod compose;
 

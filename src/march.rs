@@ -137,6 +137,8 @@ pub struct Input<'a> {
     pub triangles: &'a Triangles,
     /// Around the volume.
     pub surroundings: &'a SurroundingsBuffers,
+    /// What is left of the lights on planes, [`crate::plane_light::PlaneLight::view`].
+    pub plane_light: &'a wgpu::TextureView,
     /// Effect.
     pub effect: &'a EffectSettings,
     /// Which float channel to write.
@@ -236,6 +238,7 @@ impl March {
             ("rest_vertices", triangles.rest_vertices.as_entire_binding()),
             ("materials", triangles.materials.as_entire_binding()),
             ("textures", view(&triangles.textures)),
+            ("plane_light", view(input.plane_light)),
             ("texture_sampler", wgpu::BindingResource::Sampler(&self.texture_sampler)),
             ("occupancy", volume.occupancy.as_entire_binding()),
             ("ranks", volume.ranks.as_entire_binding()),

@@ -85,7 +85,10 @@ impl Inputs {
             world,
             materials,
             animate,
-            light: materials || self.effect.shadow != last.effect.shadow,
+            light: materials
+                || self.effect.shadow != last.effect.shadow
+                || self.surroundings.lights != last.surroundings.lights
+                || self.surroundings.planes != last.surroundings.planes,
             march: materials
                 || self.surroundings != last.surroundings
                 || self.size != last.size

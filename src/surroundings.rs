@@ -15,6 +15,13 @@ use std::ops::Range;
 
 pub use crate::scene::description::{MAX_LIGHTS, MAX_PLANES};
 
+/// The most layers of light on planes; lights past them cast hard shadows there.
+pub const MAX_PLANE_LAYERS: u32 = 16;
+
+/// Half the angle under which every light is seen, radians: a low sun through thin haze. It widens highlights and softens
+/// shadows; how much light arrives does not hang on it.
+const LIGHT_ANGULAR_RADIUS: f32 = 0.06;
+
 crate::gpu_struct! {
     /// A light as shaders see it.
     pub struct LightData {
@@ -34,8 +41,11 @@ crate::gpu_struct! {
         pub first_grid: u32,
         /// How many grids it has (0, 1 or 6).
         pub grid_count: u32,
-        /// Padding.
-        pub _pad: [u32; 2],
+        /// Layer of the planes' light that holds its first grid on plane 0, then plane by plane, grid by grid; or
+        /// `u32::MAX` for none. See [`crate::plane_light`].
+        pub first_layer: u32,
+        /// Half the angle under which it is seen, radians.
+        pub angular_radius: f32,
     }
 }
 
@@ -198,6 +208,7 @@ pub fn surroundings(
             planes += 1;
         }
     }
+    give_out_layers(&mut data.lights, u32::try_from(planes).unwrap_or(0));
     let shadow = match scene.effect.shadow {
         Shadow::None => 0,
         Shadow::Linear => 1,
@@ -255,6 +266,8 @@ fn set_background(data: &mut Surroundings, background: &Background, camera: &Cam
 fn light_data(light: &Light, grids: Range<u32>) -> LightData {
     let mut data: LightData = bytemuck::Zeroable::zeroed();
     data.radiance = light.color * light.intensity;
+    data.angular_radius = LIGHT_ANGULAR_RADIUS;
+    data.first_layer = u32::MAX;
     data.grid_count = grids.end.saturating_sub(grids.start);
     data.first_grid = if data.grid_count == 0 { u32::MAX } else { grids.start };
     match light.kind {
@@ -272,6 +285,18 @@ fn light_data(light: &Light, grids: Range<u32>) -> LightData {
         }
     }
     data
+}
+
+/// A layer for each grid and each plane, as far as they reach.
+fn give_out_layers(lights: &mut [LightData], planes: u32) {
+    let mut next = 0;
+    for light in lights {
+        let layers = light.grid_count * planes;
+        if layers > 0 && next + layers <= MAX_PLANE_LAYERS {
+            light.first_layer = next;
+            next += layers;
+        }
+    }
 }
 
 fn plane_data(world_from_model: Mat4, half: f32, part: u32, material: &Material) -> PlaneData {

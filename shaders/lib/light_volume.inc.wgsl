@@ -2,6 +2,7 @@
 #include "lib/grid.inc.wgsl"
 #include "lib/light_record.inc.wgsl"
 #include "lib/record.inc.wgsl"
+#include "lib/surroundings.inc.wgsl"
 // Looking up how much of a light is left at a point: the transparent shadow map, depth-resolved (CL §3.1).
 //
 // Bind as: var<uniform> grids: array<Grid, MAX_GRIDS>; var<uniform> surroundings: Surroundings;
@@ -109,21 +110,25 @@ fn column_light(grid: u32, cell: vec2u, at: f32, p: vec3f, toward: vec3f, slice_
     return ColumnLight(ALL_LIGHT, false);
 }
 
-// What is left at `p` in one grid of a light; its columns are blended. `toward` is the way the light travels, unit.
+// What is left at `p` in one grid of a light, at grid position `p_grid`. `toward` is the way the light travels, unit.
 fn grid_light(grid: u32, p: vec3f, p_grid: vec3f, toward: vec3f) -> vec4f {
-    let at = slice_of(grids[grid], p_grid.z);
-    if at <= 0.0 {
-        return ALL_LIGHT;
-    }
-    let cells = vec2i(grids[grid].cells.xy);
     var slice_length = grids[grid].cell_size;
     if grids[grid].projection == PERSPECTIVE {
         let begin = world_from_grid(grids[grid], vec3f(p_grid.xy, 0.0));
         let end = world_from_grid(grids[grid], vec3f(p_grid.xy, slab(grids[grid], f32(grids[grid].cells.z))));
         slice_length = distance(begin, end) / f32(grids[grid].cells.z);
     }
-    let corner = floor(p_grid.xy - 0.5);
-    let f = p_grid.xy - 0.5 - corner;
+    return columns_light(grid, p_grid.xy, slice_of(grids[grid], p_grid.z), p, toward, slice_length);
+}
+
+// The same at `across` (cells) and at fractional slice `at`: the four nearest columns, blended.
+fn columns_light(grid: u32, across: vec2f, at: f32, p: vec3f, toward: vec3f, slice_length: f32) -> vec4f {
+    if at <= 0.0 {
+        return ALL_LIGHT;
+    }
+    let cells = vec2i(grids[grid].cells.xy);
+    let corner = floor(across - 0.5);
+    let f = across - 0.5 - corner;
     var sum = vec4f(0.0);
     var weights = 0.0;
     var doubtful_sum = vec4f(0.0);
@@ -153,30 +158,50 @@ fn cell_size_at(grid: u32, p: vec3f) -> f32 {
     return grids[grid].cell_size * depth / (0.5 * (grids[grid].near + grids[grid].far));
 }
 
-// What is left of light number `light` at `p`: RGB by absorption alone, and what the surfaces leave.
-fn light_left(light: u32, p: vec3f, n: vec3f) -> vec4f {
-    let count = surroundings.lights[light].grid_count;
-    if count == 0u || surroundings.counts.w == SHADOW_NONE {
-        return ALL_LIGHT;
-    }
+const NO_GRID: u32 = 0xffffffffu;
+
+// Where a light's grids hold a point.
+struct LightPlace {
+    grid: u32,          // or NO_GRID: nothing shadows it
+    p: vec3f,           // the point, clear of its own surface
+    p_grid: vec3f,      // the same in the grid's space; across it lies within
+}
+
+fn light_place(light: u32, p: vec3f, n: vec3f) -> LightPlace {
     let first = surroundings.lights[light].first_grid;
-    var toward = surroundings.lights[light].direction;
-    if surroundings.lights[light].kind != 0u {
-        toward = normalize(p - surroundings.lights[light].position);
-    }
-    for (var i = 0u; i < count; i++) {
+    for (var i = 0u; i < surroundings.lights[light].grid_count; i++) {
         // Clear of the surface's own voxels: as far as the blended columns may lie beside the point.
-        let cosine = dot(n, toward);
+        let cosine = dot(n, light_travel(light, p));
         let slant = sqrt(max(1.0 - cosine * cosine, 0.0));
         let q = p + n * (cell_size_at(first + i, p) * (0.4 + 1.2 * slant));
         let h = grids[first + i].grid_from_world * vec4f(q, 1.0);
         let q_grid = h.xyz / h.w;
         let inside = q_grid.xy >= vec2f(0.0) & q_grid.xy <= vec2f(grids[first + i].cells.xy);
         if h.w > 0.0 && all(inside) {
-            return grid_light(first + i, q, q_grid, toward);
+            return LightPlace(first + i, q, q_grid);
         }
     }
-    return ALL_LIGHT;
+    return LightPlace(NO_GRID, p, vec3f(0.0));
+}
+
+// The way a light travels at `p`, unit.
+fn light_travel(light: u32, p: vec3f) -> vec3f {
+    if surroundings.lights[light].kind == LIGHT_DIRECTIONAL {
+        return surroundings.lights[light].direction;
+    }
+    return normalize(p - surroundings.lights[light].position);
+}
+
+// What is left of light number `light` at `p`: RGB by absorption alone, and what the surfaces leave.
+fn light_left(light: u32, p: vec3f, n: vec3f) -> vec4f {
+    if surroundings.counts.w == SHADOW_NONE {
+        return ALL_LIGHT;
+    }
+    let place = light_place(light, p, n);
+    if place.grid == NO_GRID {
+        return ALL_LIGHT;
+    }
+    return grid_light(place.grid, place.p, place.p_grid, light_travel(light, place.p));
 }
 
 // What is left of light number `light` at `p`, RGB: absorption and the surfaces' reflection. `n` is the surface's

@@ -4,16 +4,13 @@
 // What rays meet outside the volume, and how an opaque surface is lit.
 //
 // Bind as: var<uniform> surroundings: Surroundings; var environment: texture_2d<f32>; var environment_sampler: sampler;
+//          var plane_light: texture_2d_array<f32>;
 //          var<storage, read> materials: array<PartMaterial>; and what `lib/light_volume.inc.wgsl` asks for.
 //
 // Directions point the way a ray travels. Lengths are world units, colours linear radiance. Opaque surfaces are
 // Lambertian: radiance = base colour / π × irradiance.
 
 const PI: f32 = 3.14159265;
-
-// Half the angle under which every light is seen in mirrors, radians: a low sun behind thin haze. Its radiance is its
-// irradiance over this disc's solid angle, so that the energy of a highlight does not hang on the disc's size.
-const LIGHT_RADIUS: f32 = 0.04;
 
 // ---- checkerboards
 
@@ -161,13 +158,15 @@ fn light_arriving(light: u32, p: vec3f) -> Arriving {
     return Arriving(to_light, radiance * (cone / distance2));
 }
 
-// Radiance of the lights themselves, seen from `p` along `direction` (unit) as discs of angular radius `radius`;
-// what stands between them and `p` dims them. A disc's edge is soft by a third of its radius.
-fn lights_seen(p: vec3f, n: vec3f, direction: vec3f, radius: f32) -> vec3f {
+// Radiance of the lights themselves, seen from `p` along `direction` (unit) as discs whose angular radius is `wider` than
+// their own; what stands between them and `p` dims them. A disc's radiance is its irradiance over its solid angle, so
+// that a highlight's energy does not hang on its size. Its edge is soft by a third of its radius.
+fn lights_seen(p: vec3f, n: vec3f, direction: vec3f, wider: f32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < surroundings.counts.x; i++) {
         let arriving = light_arriving(i, p);
         let off = direction - arriving.to_light;    // chord: equals the angle as far as it is small
+        let radius = surroundings.lights[i].angular_radius + wider;
         let angle = length(off) / radius;
         if angle < 1.15 {
             let disc = smoothstep(1.15, 0.85, angle) / (PI * radius * radius);
@@ -187,8 +186,7 @@ fn fresnel_schlick(cos_angle: f32, f0: f32) -> f32 {
 // Roughness widens and dims the highlight.
 fn specular_highlights(p: vec3f, n: vec3f, view_dir: vec3f, roughness: f32) -> vec3f {
     let mirrored = reflect(view_dir, n);
-    let radius = LIGHT_RADIUS + 0.6 * roughness * roughness;
-    return fresnel_schlick(-dot(n, view_dir), 0.04) * lights_seen(p, n, mirrored, radius);
+    return fresnel_schlick(-dot(n, view_dir), 0.04) * lights_seen(p, n, mirrored, 0.6 * roughness * roughness);
 }
 
 // ---- opaque surfaces
@@ -206,8 +204,24 @@ fn rough_lobe(n: vec3f, view_dir: vec3f, to_light: vec3f, roughness: f32) -> f32
     return d * v * fresnel_schlick(max(dot(h, to_light), 0.0), 0.04) * nl;
 }
 
-// As `shade_surface`; `bias_normal` is what shadows are looked up with: zero for what is in no light's grid.
-fn shade(p: vec3f, normal: vec3f, bias_normal: vec3f, view_dir: vec3f, base_color: vec3f, roughness: f32) -> vec3f {
+// What is left of a light on plane number `plane` at `p`, its shadows soft (see `plane_light.rs`).
+fn light_on_plane(light: u32, plane: u32, p: vec3f) -> vec3f {
+    let first_layer = surroundings.lights[light].first_layer;
+    if first_layer == NO_LAYER {
+        return light_transmittance(light, p, vec3f(0.0));
+    }
+    let place = light_place(light, p, vec3f(0.0));
+    if place.grid == NO_GRID {
+        return vec3f(1.0);
+    }
+    let layer = first_layer + (place.grid - surroundings.lights[light].first_grid) * surroundings.counts.y + plane;
+    let cells = vec2f(grids[place.grid].cells.xy);
+    let at = clamp(place.p_grid.xy, vec2f(0.5), cells - 0.5) / vec2f(textureDimensions(plane_light));
+    return textureSampleLevel(plane_light, environment_sampler, at, layer, 0.0).rgb;
+}
+
+// As `shade_surface`, of plane number `plane` or of what is in the lights' grids (NO_PLANE).
+fn shade(p: vec3f, normal: vec3f, plane: u32, view_dir: vec3f, base_color: vec3f, roughness: f32) -> vec3f {
     let n = select(normal, -normal, dot(normal, view_dir) > 0.0);
     var diffuse = background_irradiance(n);
     var specular = vec3f(0.0);
@@ -215,8 +229,12 @@ fn shade(p: vec3f, normal: vec3f, bias_normal: vec3f, view_dir: vec3f, base_colo
         let arriving = light_arriving(i, p);
         let cosine = dot(n, arriving.to_light);
         if cosine > 0.0 && any(arriving.irradiance > vec3f(0.0)) {
-            let bias = select(bias_normal, -bias_normal, dot(bias_normal, n) < 0.0);
-            let left = arriving.irradiance * light_transmittance(i, p, bias);
+            var left = arriving.irradiance;
+            if plane == NO_PLANE {
+                left *= light_transmittance(i, p, n);
+            } else {
+                left *= light_on_plane(i, plane, p);
+            }
             diffuse += left * cosine;
             if roughness > 0.0 {
                 specular += left * rough_lobe(n, view_dir, arriving.to_light, roughness);
@@ -229,7 +247,7 @@ fn shade(p: vec3f, normal: vec3f, bias_normal: vec3f, view_dir: vec3f, base_colo
 // Radiance that an opaque surface at `p` sends back against `view_dir`: every light's share with its shadow, the
 // background's, and its own. `n` is unit and may face away. A roughness of 0 means matte: no lobe beside the diffuse.
 fn shade_surface(p: vec3f, n: vec3f, view_dir: vec3f, base_color: vec3f, roughness: f32, emissive: vec3f) -> vec3f {
-    return emissive + shade(p, n, n, view_dir, base_color, roughness);
+    return emissive + shade(p, n, NO_PLANE, view_dir, base_color, roughness);
 }
 
 // Radiance of plane number `plane` at `p`, met by a ray along `view_dir`. Towards the edge of a large floor seen at a
@@ -238,7 +256,7 @@ fn shade_plane(plane: u32, p: vec3f, view_dir: vec3f, footprint: Footprint) -> v
     let part = surroundings.planes[plane].part;
     let n = surroundings.planes[plane].normal;
     let color = plane_base_color(plane, p, footprint);
-    let surface = materials[part].emissive + shade(p, n, vec3f(0.0), view_dir, color, materials[part].roughness);
+    let surface = materials[part].emissive + shade(p, n, plane, view_dir, color, materials[part].roughness);
     let low = smoothstep(0.16, 0.04, abs(dot(n, view_dir)));
     let at = (surroundings.planes[plane].local_from_world * vec4f(p, 1.0)).xz;
     let haze = low * smoothstep(0.25, 1.0, length(at));

@@ -8,6 +8,7 @@
 const MAX_LIGHTS: u32 = 8u;
 const MAX_PLANES: u32 = 8u;
 const NO_PLANE: u32 = 0xffffffffu;
+const NO_LAYER: u32 = 0xffffffffu;
 
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;
@@ -27,7 +28,8 @@ struct LightData {
     cos_inner: f32,
     first_grid: u32,
     grid_count: u32,
-    _pad: vec2u,
+    first_layer: u32,       // of the planes' light: of its first grid on plane 0; then plane by plane, grid by grid
+    angular_radius: f32,    // under which it is seen, radians
 }
 
 struct PlaneData {

@@ -329,3 +329,51 @@ fn the_light_volume_is_the_same_bytes_every_time() {
     let first = Lit::new(&scene).bytes();
     assert!(first.len() > 100_000 && first == Lit::new(&scene).bytes());
 }
+
+/// A ground at y = 0 and one body over it.
+fn over_ground(body: Model, direction: Vec3) -> Scene {
+    let ground = model(Shape::Plane { size: 80.0 }, opaque());
+    Scene { models: vec![ground, body], lights: vec![sun(direction)], ..Scene::default() }
+}
+
+#[test]
+fn soft_shadows_on_a_plane_take_as_much_light_as_sharp_ones() {
+    let direction = Vec3::new(0.4, -1.0, 0.25).normalize();
+    let mut body = model(ball(0.5), glass(2.0 * AMBER));
+    body.translate.y = 1.2;
+    let lit = Lit::new(&over_ground(body, direction));
+    let middle = direction * (1.2 / -direction.y);
+    let points: Vec<Vec3> = (0..160 * 160)
+        .map(|i| {
+            Vec3::new(middle.x, 0.0, middle.z + 1.2)
+                + Vec3::new((i % 160) as f32 / 66.0 - 1.2, 0.0, (i / 160) as f32 / 66.0 - 2.4)
+        })
+        .collect();
+    let missing = |answers: Vec<Vec3>| answers.iter().map(|a| 1.0 - a.as_dvec3()).sum::<DVec3>() / points.len() as f64;
+    let (sharp, soft) = (missing(lit.transmittance(0, &points, Vec3::ZERO)), missing(lit.on_plane(0, &points)));
+    assert!(((soft - sharp) / sharp).abs().max_element() < 0.02, "missing {soft} instead of {sharp}");
+    assert!(sharp.z > 0.1, "the shadow must lie on the points: {sharp}");
+}
+
+#[test]
+fn shadows_on_a_plane_are_crisp_near_the_body_and_soft_far_from_it() {
+    let mut widths = Vec::new();
+    for height in [0.02, 0.5, 0.9] {
+        let body =
+            model(Shape::Box { min: Vec3::new(-1.0, height, -1.0), max: Vec3::new(1.0, height + 0.1, 1.0) }, opaque());
+        let lit = Lit::new(&over_ground(body, Vec3::NEG_Y));
+        // Across an edge, from dark to light.
+        let points: Vec<Vec3> = (0..800).map(|i| Vec3::new(0.7 + i as f32 * 0.75e-3, 0.0, 0.1)).collect();
+        let answers = lit.on_plane(0, &points);
+        let at = |level: f32| points[answers.iter().position(|a| a.x > level).unwrap()].x;
+        assert!(answers[0].x < 0.01 && answers[799].x > 0.99, "{} {}", answers[0], answers[799]);
+        assert!((at(0.5) - 1.0).abs() < 0.02, "the edge stays where it is: {}", at(0.5));
+        widths.push(at(0.9) - at(0.1));
+    }
+    // A disc of angular radius 0.06 seen past an edge: from 10% to 90% over 1.28 of its radius.
+    for (width, height) in widths[1..].iter().zip([0.5, 0.9]) {
+        let truth = 1.28 * 0.06 * height;
+        assert!((width / truth - 1.0).abs() < 0.35, "{width} wide instead of {truth}");
+    }
+    assert!(widths[0] < 0.035 && widths[2] > 1.3 * widths[1], "{widths:?}");
+}

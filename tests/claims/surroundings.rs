@@ -3,6 +3,7 @@
 use crate::{gpu, probe};
 use glam::{Mat4, Vec3, Vec3Swizzles, Vec4};
 use murrine::gpu::{GpuStruct, buffer};
+use murrine::plane_light::PlaneLight;
 use murrine::scene::description::{Background, Camera, Light, LightKind};
 use murrine::scene::geometry::{Geometry, Part};
 use murrine::scene::material::{Material, PartMaterial, flags};
@@ -26,6 +27,7 @@ struct Question { origin: vec3f, what: u32, direction: vec3f, index: u32 }
 @group(0) @binding(8) var<storage, read> ranks: array<u32>;
 @group(0) @binding(9) var<storage, read> records: array<Record>;
 @group(0) @binding(10) var<storage, read> light_records: array<vec2u>;
+@group(0) @binding(11) var plane_light: texture_2d_array<f32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -112,7 +114,9 @@ fn ask(scene: &Scene, world: &World, materials: &[Material], questions: &[Questi
         .collect();
     let parts = buffer::storage_with(gpu(), "materials", &parts).unwrap();
     let volume = Volume::new(gpu()).unwrap();
+    let plane_light = PlaneLight::new(gpu()).unwrap();
     let bound = [
+        ("plane_light", wgpu::BindingResource::TextureView(plane_light.view())),
         ("surroundings", buffers.data.as_entire_binding()),
         ("environment", wgpu::BindingResource::TextureView(&buffers.environment)),
         ("environment_sampler", wgpu::BindingResource::Sampler(&buffers.sampler)),

@@ -6,6 +6,7 @@ use murrine::animate::Animate;
 use murrine::gpu::{ComputePass, GpuStruct, Recorder, Timing, buffer};
 use murrine::grid::Grid;
 use murrine::light::LightColumns;
+use murrine::plane_light::PlaneLight;
 use murrine::resolve::Resolve;
 use murrine::scene::World;
 use murrine::scene::description::{Light, LightKind, MaterialOverride, Model, Scene, Shape, Source};
@@ -16,9 +17,8 @@ use murrine::voxel_cameras::VoxelCameras;
 use murrine::voxelize::{self, Input};
 
 const PROBE: &str = r#"
-#include "lib/light_volume.inc.wgsl"
-#include "lib/surroundings.inc.wgsl"
-struct Question { p: vec3f, light: u32, n: vec3f, surfaces: u32 }
+#include "lib/shading.inc.wgsl"
+struct Question { p: vec3f, light: u32, n: vec3f, what: u32 }
 @group(0) @binding(0) var<uniform> surroundings: Surroundings;
 @group(0) @binding(1) var<uniform> grids: array<Grid, MAX_GRIDS>;
 @group(0) @binding(2) var<storage, read> occupancy: array<u32>;
@@ -28,15 +28,18 @@ struct Question { p: vec3f, light: u32, n: vec3f, surfaces: u32 }
 @group(0) @binding(6) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(7) var<storage, read> questions: array<Question>;
 @group(0) @binding(8) var<storage, read_write> answers: array<vec4f>;
+@group(0) @binding(9) var environment: texture_2d<f32>;
+@group(0) @binding(10) var environment_sampler: sampler;
+@group(0) @binding(11) var plane_light: texture_2d_array<f32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x < arrayLength(&questions) {
         let q = questions[id.x];
-        if q.surfaces == 1u {
-            answers[id.x] = vec4f(light_transmittance(q.light, q.p, q.n), 0.0);
-        } else {
-            answers[id.x] = vec4f(light_absorption(q.light, q.p, q.n), 0.0);
+        switch q.what {
+            case 0u: { answers[id.x] = vec4f(light_absorption(q.light, q.p, q.n), 0.0); }
+            case 1u: { answers[id.x] = vec4f(light_transmittance(q.light, q.p, q.n), 0.0); }
+            default: { answers[id.x] = vec4f(light_on_plane(q.light, 0u, q.p), 0.0); }
         }
     }
 }
@@ -48,7 +51,7 @@ struct Question {
     p: Vec3,
     light: u32,
     n: Vec3,
-    surfaces: u32,
+    what: u32,
 }
 
 /// A scene whose lights' grids are walked.
@@ -56,6 +59,7 @@ pub(super) struct Lit {
     volume: Volume,
     materials: wgpu::Buffer,
     surroundings: SurroundingsBuffers,
+    plane_light: PlaneLight,
     grids: std::ops::Range<u32>,
     probe: ComputePass,
 }
@@ -79,6 +83,7 @@ impl Lit {
         let mut voxelizer = (voxelize::method("triangle-parallel").unwrap().new)(gpu()).unwrap();
         let resolve = Resolve::new(gpu()).unwrap();
         let light = LightColumns::new(gpu()).unwrap();
+        let mut plane_light = PlaneLight::new(gpu()).unwrap();
         let mut volume = Volume::new(gpu()).unwrap();
         let lit: Vec<u32> = cameras.light_grids.iter().cloned().flatten().collect();
         loop {
@@ -92,6 +97,7 @@ impl Lit {
                 resolve.record(&mut rec, &volume, grid, &triangles);
                 light.record(&mut rec, &volume, grid, &triangles, &scene.effect);
             }
+            plane_light.record(&mut rec, &volume, &triangles, (&surroundings_data, &buffers)).unwrap();
             rec.finish().unwrap();
             if volume.settle(gpu()).unwrap() {
                 break;
@@ -109,14 +115,15 @@ impl Lit {
             volume,
             materials: triangles.materials.clone(),
             surroundings: buffers,
+            plane_light,
             grids: cameras.light_grids[0].clone(),
             probe: probe::compile(PROBE, &layouts),
         }
     }
 
-    fn ask(&self, light: u32, points: &[Vec3], normal: impl Fn(usize) -> Vec3, surfaces: u32) -> Vec<Vec3> {
+    fn ask(&self, light: u32, points: &[Vec3], normal: impl Fn(usize) -> Vec3, what: u32) -> Vec<Vec3> {
         let questions: Vec<Question> =
-            points.iter().enumerate().map(|(i, p)| Question { p: *p, light, n: normal(i), surfaces }).collect();
+            points.iter().enumerate().map(|(i, p)| Question { p: *p, light, n: normal(i), what }).collect();
         let bound = [
             ("surroundings", self.surroundings.data.as_entire_binding()),
             ("grids", self.volume.grid_data.as_entire_binding()),
@@ -125,6 +132,9 @@ impl Lit {
             ("records", self.volume.records.as_entire_binding()),
             ("light_records", self.volume.light_records.as_entire_binding()),
             ("materials", self.materials.as_entire_binding()),
+            ("environment", wgpu::BindingResource::TextureView(&self.surroundings.environment)),
+            ("environment_sampler", wgpu::BindingResource::Sampler(&self.surroundings.sampler)),
+            ("plane_light", wgpu::BindingResource::TextureView(self.plane_light.view())),
         ];
         let answers: Vec<[f32; 4]> = probe::ask(&self.probe, &bound, &questions);
         answers.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect()
@@ -143,6 +153,11 @@ impl Lit {
     /// What absorption and the surfaces' reflection leave.
     pub(super) fn transmittance(&self, light: u32, points: &[Vec3], normal: Vec3) -> Vec<Vec3> {
         self.ask(light, points, |_| normal, 1)
+    }
+
+    /// What is left at `points` of plane 0, shadows soft.
+    pub(super) fn on_plane(&self, light: u32, points: &[Vec3]) -> Vec<Vec3> {
+        self.ask(light, points, |_| Vec3::ZERO, 2)
     }
 
     /// Grids of light 0.
