@@ -1,31 +1,22 @@
 //! Writes pictures: numbered, whole or not at all.
 
-use glam::UVec2;
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-use std::io::Write as _;
+use crate::image::{Picture, write_png};
 use std::path::{Path, PathBuf};
 
 /// The most pictures of one name in one folder.
 const MOST: u32 = 9999;
 
-/// Writes an sRGB picture into the first of `folders` that can be written, named by `stem` and the next free number.
+/// Writes a picture into the first of `folders` that can be written, named by `stem` and the next free number.
 ///
 /// # Errors
 /// What the last folder said.
-pub fn write(rgba8: &[u8], size: UVec2, stem: &str, folders: &[PathBuf]) -> Result<PathBuf, String> {
-    let mut rgb = Vec::with_capacity(rgba8.len() / 4 * 3);
-    for pixel in rgba8.chunks_exact(4) {
-        rgb.extend_from_slice(&pixel[..3]);
-    }
-    let mut png = Vec::new();
-    PngEncoder::new(&mut png)
-        .write_image(&rgb, size.x, size.y, ExtendedColorType::Rgb8)
-        .map_err(|e| format!("the screenshot can't be encoded: {e}"))?;
+pub fn write(picture: &Picture, stem: &str, folders: &[PathBuf]) -> Result<PathBuf, String> {
     let mut said = "there is no folder to write to".to_owned();
     for folder in folders {
-        match write_numbered(&png, stem, folder) {
-            Ok(path) => return Ok(path),
-            Err(e) => said = format!("{}: {e}", folder.display()),
+        match free_path(stem, folder).map(|path| write_png(&path, picture).map(|()| path)) {
+            Some(Ok(path)) => return Ok(path),
+            Some(Err(e)) => said = e.to_string(),
+            None => said = format!("{}: there are {MOST} pictures of that name; move some away", folder.display()),
         }
     }
     Err(format!("the screenshot was not written: {said}; start murrine in a folder that can be written"))
@@ -42,31 +33,7 @@ pub fn folders() -> Vec<PathBuf> {
     folders
 }
 
-fn write_numbered(bytes: &[u8], stem: &str, folder: &Path) -> std::io::Result<PathBuf> {
-    let mut file = tempfile::Builder::new().prefix(".murrine-").suffix(".png").tempfile_in(folder)?;
-    file.write_all(bytes)?;
+fn free_path(stem: &str, folder: &Path) -> Option<PathBuf> {
     let stem: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
-    for number in 1..=MOST {
-        let path = folder.join(format!("{stem}-{number:04}.png"));
-        match file.persist_noclobber(&path) {
-            Ok(written) => {
-                make_readable(&written)?;
-                return Ok(path);
-            }
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => file = e.file,
-            Err(e) => return Err(e.error),
-        }
-    }
-    Err(std::io::Error::other(format!("there are {MOST} pictures of that name; move some away")))
-}
-
-/// Temporary files are for their owner alone; a picture is for all who may read the folder.
-fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
-    let _ = file;
-    Ok(())
+    (1..=MOST).map(|number| folder.join(format!("{stem}-{number:04}.png"))).find(|path| !path.exists())
 }

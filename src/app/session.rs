@@ -8,6 +8,7 @@ use super::notices::{Notices, Severity, Topic};
 use super::orbit;
 use super::timeline::Timeline;
 use super::view::View;
+use crate::scene::description::{Background, Source};
 use crate::scene::framing::bounds_of_bodies;
 use crate::scene::{Scene, World};
 use std::path::{Path, PathBuf};
@@ -155,7 +156,7 @@ impl Session {
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files: Vec<PathBuf> = self.path.clone().into_iter().collect();
         files.extend(self.world.origins.iter().flat_map(|o| o.files.iter().map(|f| f.path.clone())));
-        if let crate::scene::description::Background::Environment { file, .. } = &self.scene.background {
+        if let Background::Environment { file, .. } = &self.scene.background {
             files.push(self.scene.folder.join(file));
         }
         files
@@ -163,16 +164,20 @@ impl Session {
 
     /// Writes the scene to `path`, whole or not at all, and goes on with that file.
     pub fn save(&mut self, path: &Path) {
-        match write_whole(path, &crate::scene::file::to_toml(&self.scene)) {
+        use std::io::Write as _;
+        // A link stays a link to the file that is written.
+        let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let folder = folder_of(path);
+        let is_elsewhere = folder.canonicalize().ok() != folder_of(&self.scene.folder.join("x")).canonicalize().ok();
+        let scene = if is_elsewhere { moved_to(&self.scene, folder) } else { self.scene.clone() };
+        let text = crate::scene::file::to_toml(&scene);
+        match crate::image::atomically(&target, |file| file.write_all(text.as_bytes())) {
             Ok(()) => {
                 self.as_read = self.scene.clone();
                 self.path = Some(path.to_owned());
                 self.notices.tell(Topic::Files, Severity::Done, format!("saved {}", path.display()));
             }
-            Err(e) => {
-                let text = format!("{}: not saved: {e}; choose another place with \"Save as\"", path.display());
-                self.notices.tell(Topic::Files, Severity::Error, text);
-            }
+            Err(e) => self.notices.tell(Topic::Files, Severity::Error, format!("the scene was not saved: {e}")),
         }
     }
 
@@ -214,11 +219,7 @@ pub fn can_open(path: &Path) -> bool {
 /// The file `by` places after this one among those of its kind in its folder, round and round.
 #[must_use]
 pub fn neighbour(path: &Path, by: i32) -> Option<PathBuf> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let entries = std::fs::read_dir(folder).ok()?;
+    let entries = std::fs::read_dir(folder_of(path)).ok()?;
     let of_kind = |p: &PathBuf| can_open(p) && is_scene(p) == is_scene(path);
     let mut names: Vec<_> = entries
         .flatten()
@@ -234,21 +235,29 @@ pub fn neighbour(path: &Path, by: i32) -> Option<PathBuf> {
     Some(path.with_file_name(name))
 }
 
-fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
-    use std::io::Write as _;
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
+/// The scene with its files named from another folder, where they are to be named relatively.
+fn moved_to(scene: &Scene, folder: &Path) -> Scene {
+    let mut moved = scene.clone();
+    let from = |file: &Path| {
+        let (Ok(file), Ok(folder)) = (scene.folder.join(file).canonicalize(), folder.canonicalize()) else {
+            return file.to_owned();
+        };
+        let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+        let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
+        up.chain(file.components().skip(shared)).collect()
     };
-    let mut file = tempfile::Builder::new().prefix(".murrine-").suffix(".toml").tempfile_in(folder)?;
-    file.write_all(text.as_bytes())?;
-    file.as_file().sync_all()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        // As the file had it that is replaced, else as everyone's files are.
-        let mode = std::fs::metadata(path).map_or(0o644, |m| m.permissions().mode() & 0o777);
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(mode))?;
+    for model in &mut moved.models {
+        if let Source::File(file) = &mut model.source {
+            *file = from(file);
+        }
     }
-    file.persist(path).map(drop).map_err(|e| e.error)
+    if let Background::Environment { file, .. } = &mut moved.background {
+        *file = from(file);
+    }
+    moved.folder = folder.to_owned();
+    moved
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -12,6 +12,7 @@ use super::watch::{Change, Watcher};
 use super::window::Opened;
 use super::{AppError, Options, screenshot};
 use crate::gpu::{GpuError, buffer};
+use crate::image::Picture;
 use glam::UVec2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,8 +22,10 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window, WindowId};
 
-/// Size of the window at first, points.
-const SIZE: winit::dpi::LogicalSize<f64> = winit::dpi::LogicalSize::new(1280.0, 800.0);
+/// Size of the window at first, points: the picture beside the panels is about 3:2. At most
+const SIZE: winit::dpi::LogicalSize<f64> = winit::dpi::LogicalSize::new(1440.0, 800.0);
+/// this share of the screen.
+const SCREEN_SHARE: f64 = 0.92;
 /// Before a surface that was not ready is tried again.
 const RETRY: Duration = Duration::from_millis(15);
 /// How often a lost device is opened again before the program gives up.
@@ -123,7 +126,15 @@ impl ApplicationHandler<Event> for Shell {
         if self.opened.is_some() {
             return;
         }
-        let attributes = Window::default_attributes().with_title("murrine").with_inner_size(SIZE);
+        let mut size = SIZE;
+        if let Some(monitor) = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next()) {
+            let screen = monitor.size().to_logical::<f64>(monitor.scale_factor());
+            let share = (SCREEN_SHARE * screen.width / size.width).min(SCREEN_SHARE * screen.height / size.height);
+            if share > 0.0 && share < 1.0 {
+                size = winit::dpi::LogicalSize::new(size.width * share, size.height * share);
+            }
+        }
+        let attributes = Window::default_attributes().with_title("murrine").with_inner_size(size);
         let window = event_loop.create_window(attributes).map_err(|e| AppError::NoDisplay(e.to_string()));
         match window.and_then(|w| self.open(Arc::new(w))) {
             Ok(()) => tracing::info!(ms = self.started.elapsed().as_millis(), "the window is open"),
@@ -361,12 +372,14 @@ impl Shell {
         self.shot = false;
         let Some(opened) = &self.opened else { return };
         let picture = opened.pictures.frame().picture();
-        let size = UVec2::new(picture.width(), picture.height());
-        match buffer::read_texture::<u8>(&opened.gpu, picture) {
+        let (width, height) = (picture.width(), picture.height());
+        match buffer::read_texture::<[u8; 4]>(&opened.gpu, picture) {
             Ok(rgba8) => {
+                let rgb8 = rgba8.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+                let picture = Picture { width, height, rgb8 };
                 let (proxy, name) = (self.proxy.clone(), self.session.name());
                 std::thread::spawn(move || {
-                    proxy.send(Event::Shot(screenshot::write(&rgba8, size, &name, &screenshot::folders())));
+                    proxy.send(Event::Shot(screenshot::write(&picture, &name, &screenshot::folders())));
                 });
             }
             Err(error) => self.session.notices.tell(Topic::Files, Severity::Error, error.to_string()),

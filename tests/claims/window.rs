@@ -11,6 +11,9 @@ use murrine::app::timeline::Timeline;
 use murrine::app::{fallback, loader, orbit};
 use murrine::scene::description::{Bounds, Camera};
 use murrine::scene::{Scene, World};
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 const CTRL: Modifiers = Modifiers { command: true, ctrl: true, ..Modifiers::NONE };
 const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..CTRL };
@@ -344,4 +347,237 @@ fn the_scenes_of_a_folder_follow_each_other_round_and_round() {
     assert_eq!(next("c.toml", 1), folder.path().join("a.toml"));
     assert_eq!(next("a.toml", -1), folder.path().join("c.toml"));
     assert_eq!(next("fox.glb", 1), folder.path().join("fox.glb"), "models follow models");
+}
+
+/// A display of its own with the program's window on it; both end when it is dropped.
+struct Screen {
+    server: Child,
+    display: String,
+    program: Option<Child>,
+    folder: tempfile::TempDir,
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        for child in self.program.iter_mut().chain([&mut self.server]) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Screen {
+    fn new() -> Self {
+        let missing = "is missing: run `sh tools/setup.sh test` (on Debian: apt install xvfb xdotool x11-apps)";
+        for tool in ["xdotool", "xwd"] {
+            assert!(Command::new(tool).arg("-version").output().is_ok(), "{tool} {missing}");
+        }
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|e| panic!("Xvfb {missing} ({e})"));
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let screen = Self { server, display: format!(":{}", number.trim()), program: None, folder };
+        assert!(!number.trim().is_empty(), "Xvfb did not start");
+        screen
+    }
+
+    fn start(&mut self, arguments: &[&str]) {
+        let program = Command::new(env!("CARGO_BIN_EXE_murrine"))
+            .args(["--adapter", "software"])
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("XDG_RUNTIME_DIR", self.folder.path())
+            .env("MURRINE_LOG", "error")
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        self.program = Some(program);
+    }
+
+    fn xdotool(&self, arguments: &[&str]) -> String {
+        let output = Command::new("xdotool").env("DISPLAY", &self.display).args(arguments).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    }
+
+    fn is_running(&mut self) -> bool {
+        self.program.as_mut().unwrap().try_wait().unwrap().is_none()
+    }
+
+    /// Waits until `found` finds something, and no longer than a slow machine needs.
+    fn wait_for<T>(&mut self, what: &str, mut found: impl FnMut(&Self) -> Option<T>) -> T {
+        let started = Instant::now();
+        loop {
+            if let Some(it) = found(self) {
+                return it;
+            }
+            assert!(self.is_running(), "the program ended while waiting for {what}: {}", self.told());
+            assert!(started.elapsed() < PATIENCE, "no {what} after {PATIENCE:?}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    fn told(&mut self) -> String {
+        let mut text = String::new();
+        if let Some(stderr) = self.program.as_mut().and_then(|p| p.stderr.take()) {
+            let _ = BufReader::new(stderr).read_to_string(&mut text);
+        }
+        text
+    }
+
+    /// Presses F12 and reads the picture that it writes.
+    fn shoot(&mut self, number: u32) -> murrine::image::Picture {
+        self.xdotool(&["key", "F12"]);
+        let path = self.folder.path().join(format!("ball-{number:04}.png"));
+        self.wait_for("screenshot", |_| murrine::image::read_png(&path).ok())
+    }
+
+    /// The screen as it is shown: width, height, RGB rows.
+    fn dump(&self) -> (usize, Vec<[u8; 3]>) {
+        let output = Command::new("xwd").args(["-root", "-silent", "-display", &self.display]).output().unwrap();
+        let bytes = output.stdout;
+        let word = |i: usize| u32::from_be_bytes(bytes[i * 4..i * 4 + 4].try_into().unwrap()) as usize;
+        let (header, width, height, line, colors) = (word(0), word(4), word(5), word(12), word(19));
+        assert_eq!((word(7), word(11)), (0, 32), "little-endian, 32 bits a pixel");
+        let start = header + colors * 12;
+        let rows = (0..height).flat_map(|y| bytes[start + y * line..][..width * 4].chunks_exact(4));
+        (width, rows.map(|p| [p[2], p[1], p[0]]).collect())
+    }
+}
+
+/// For anything the window does, on a machine that does much else.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Small, so that software renders it at once; nothing moves in it.
+const BALL: &str = r#"
+[camera]
+eye = [0.0, 1.0, 4.0]
+[grid]
+cells = 32
+[light_grid]
+cells = 32
+[effect]
+max_events = 2
+[[light]]
+kind = "directional"
+direction = [0.4, -1.0, -0.25]
+[[model]]
+name = "ball"
+shape = "icosphere"
+subdivisions = 2
+[[model.material]]
+attenuation_color = [0.9, 0.4, 0.2]
+attenuation_distance = 0.5
+[[model]]
+shape = "plane"
+size = 20.0
+translate = [0.0, -1.0, 0.0]
+[[model.material]]
+opaque = true
+"#;
+
+fn colors_of(picture: &murrine::image::Picture) -> usize {
+    picture.rgb8.iter().collect::<std::collections::BTreeSet<_>>().len()
+}
+
+#[test]
+fn a_real_window_shows_the_picture_answers_and_survives_every_size() {
+    let mut screen = Screen::new();
+    let scene = screen.folder.path().join("ball.toml");
+    std::fs::write(&scene, BALL).unwrap();
+    screen.start(&[scene.to_str().unwrap()]);
+    let find = |s: &Screen| Some(s.xdotool(&["search", "--name", "^ball"])).filter(|id| !id.is_empty());
+    let window = screen.wait_for("window named by its scene", find);
+    screen.xdotool(&["windowfocus", &window]);
+
+    let beside_panels = screen.shoot(1);
+    assert!(colors_of(&beside_panels) > 100, "the picture is blank: {} colours", colors_of(&beside_panels));
+
+    // What is on the screen is what the PNG holds, byte for byte (below the notice that tells of the shot).
+    let (width, dumped) = screen.dump();
+    let (w, h) = (beside_panels.width as usize, beside_panels.height as usize);
+    let differing = |expected: fn([u8; 3]) -> [u8; 3]| {
+        let lower = (h / 2..h).flat_map(|y| (0..w).map(move |x| (x, y)));
+        lower.filter(|(x, y)| dumped[y * width + x] != expected(beside_panels.rgb8[y * w + x])).count()
+    };
+    assert_eq!(differing(|rgb| rgb), 0, "the window shows other colours than the picture holds");
+    assert!(differing(|[r, g, b]| [b, g, r]) > w * h / 8, "swapped colours pass for the same");
+    assert_ne!(dumped[10 * width + w + 20], [0, 0, 0], "the panels are not there");
+
+    screen.xdotool(&["key", "Tab"]);
+    let whole = screen.shoot(2);
+    assert!(whole.width > beside_panels.width, "Tab did not hide the panels");
+
+    screen.xdotool(&["mousemove", "300", "300", "mousedown", "1"]);
+    for x in ["340", "380", "420"] {
+        std::thread::sleep(Duration::from_millis(60));
+        screen.xdotool(&["mousemove", x, "330"]);
+    }
+    std::thread::sleep(Duration::from_millis(60));
+    screen.xdotool(&["mouseup", "1"]);
+    let turned = screen.shoot(3);
+    assert_eq!(turned.width, whole.width);
+    assert_ne!(turned.rgb8, whole.rgb8, "dragging did not turn the view");
+
+    for (w, h) in [("1", "1"), ("300", "2"), ("320", "240")] {
+        screen.xdotool(&["windowsize", &window, w, h]);
+        std::thread::sleep(Duration::from_millis(300));
+        assert!(screen.is_running(), "a window of {w}×{h} ended the program: {}", screen.told());
+    }
+    screen.xdotool(&["key", "Escape"]);
+    let small = screen.shoot(4);
+    assert_eq!((small.width, small.height), (320, 240));
+    assert!(colors_of(&small) > 50, "the picture did not come back after the window was next to nothing");
+
+    // A file that goes bad keeps the picture; when it is mended, the picture follows it.
+    std::fs::write(&scene, "[camera\n").unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(screen.is_running(), "a bad scene file ended the program: {}", screen.told());
+    std::fs::write(&scene, BALL.replace("[0.9, 0.4, 0.2]", "[0.2, 0.4, 0.9]")).unwrap();
+    let mut number = 5;
+    let changed = screen.shoot(number);
+    let mut differs = changed.rgb8 != small.rgb8;
+    while !differs && number < 12 {
+        number += 1;
+        std::thread::sleep(Duration::from_millis(500));
+        differs = screen.shoot(number).rgb8 != small.rgb8;
+    }
+    assert!(differs, "a changed scene file is not shown");
+    assert!(screen.is_running());
+}
+
+#[test]
+fn the_window_closes_cleanly() {
+    let mut screen = Screen::new();
+    let scene = screen.folder.path().join("ball.toml");
+    std::fs::write(&scene, BALL).unwrap();
+    screen.start(&[scene.to_str().unwrap(), "--quit-after", "3"]);
+    let started = Instant::now();
+    while screen.is_running() {
+        assert!(started.elapsed() < PATIENCE, "it did not end after three paintings");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let status = screen.program.as_mut().unwrap().wait().unwrap();
+    let told = screen.told();
+    assert!(status.success(), "{status}: {told}");
+    assert!(!told.contains("ERROR"), "{told}");
+}
+
+#[test]
+fn without_a_display_it_says_what_to_do_and_exits_with_2() {
+    let output = Command::new(env!("CARGO_BIN_EXE_murrine"))
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("DISPLAY") && told.contains("murrine render"), "{told}");
 }

@@ -19,7 +19,8 @@ const CLEAR: f32 = 1e-4;
 pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     let materials = session.world.materials(&session.scene);
     let many = session.world.parts.len() > 1;
-    for (part, material) in session.world.parts.iter().zip(&materials) {
+    let first_glass = materials.iter().position(|m| !m.opaque);
+    for (number, (part, material)) in session.world.parts.iter().zip(&materials).enumerate() {
         let index = part.model as usize;
         let (Some(model), Some(geometry)) = (session.scene.models.get_mut(index), session.world.models.get(index))
         else {
@@ -31,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
             let title = if is_only { &model.name } else { &part.name };
             CollapsingHeader::new(title)
                 .id_salt(("part", part.model, part.part))
-                .default_open(!material.opaque && part.part == 0)
+                .default_open(first_glass == Some(number))
                 .show(ui, |ui| edit(ui, model, rest, is_only, material));
         } else {
             edit(ui, model, rest, is_only, material);
