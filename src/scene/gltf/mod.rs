@@ -135,6 +135,7 @@ fn model<'a>(
         targets: vec![0; hierarchy.nodes.len()],
         hierarchy,
     };
+    build.check_size()?;
     for i in 0..build.hierarchy.shown.len() {
         build.add_node(build.hierarchy.shown[i], report)?;
     }
@@ -164,6 +165,23 @@ struct Build<'r, 'a> {
 }
 
 impl Build<'_, '_> {
+    /// Refuses at once what is too large, before any of it is read. What else is wrong shows when it is read.
+    fn check_size(&self) -> Result<(), String> {
+        let (mut triangles, mut vertices) = (0_usize, 0_usize);
+        for &node in &self.hierarchy.shown {
+            let mesh = self.document.nodes[node].mesh.and_then(|m| self.document.meshes.get(m));
+            for primitive in mesh.into_iter().flat_map(|m| &m.primitives) {
+                let (more_triangles, more_vertices) = primitive::size(primitive, self.accessors);
+                triangles = triangles.saturating_add(more_triangles);
+                vertices = vertices.saturating_add(more_vertices);
+            }
+        }
+        if triangles > MAX_TRIANGLES {
+            return Err(primitive::too_many_triangles());
+        }
+        if vertices > MAX_VERTICES { Err(primitive::too_many_vertices(vertices)) } else { Ok(()) }
+    }
+
     fn add_node(&mut self, node: usize, report: &mut Report) -> Result<(), String> {
         let source = &self.document.nodes[node];
         let Some(mesh_index) = source.mesh else { return Ok(()) };

@@ -76,7 +76,7 @@ pub(super) fn mesh(
     };
     let count = accessors.shape(position)?.count;
     if count > room.vertices {
-        return Err(format!("more than {MAX_VERTICES} vertices; simplify the model"));
+        return Err(too_many_vertices(count));
     }
     let positions = accessors.numbers::<3>(position)?;
     let mut triangles = triangles(primitive, mode, accessors, count, room)?;
@@ -97,10 +97,7 @@ pub(super) fn mesh(
     mesh.triangles = triangles;
     if mesh.flat {
         if mesh.triangles.len() * 3 > room.vertices {
-            return Err(format!(
-                "without normals the model needs {} vertices, more than {MAX_VERTICES}; export it with normals",
-                mesh.triangles.len() * 3
-            ));
+            return Err(too_many_vertices(mesh.triangles.len() * 3));
         }
         if mesh.triangles.len() * 3 * mesh.targets > room.morphs {
             return Err(format!("more than {MAX_MORPHS} morph displacements; export the model with normals"));
@@ -112,6 +109,33 @@ pub(super) fn mesh(
     Ok(Some(mesh))
 }
 
+/// How many triangles and vertices a primitive will have at most; none where its accessors can't be read.
+pub(super) fn size(primitive: &Primitive, accessors: &Accessors<'_>) -> (usize, usize) {
+    let count = |accessor: Option<usize>| accessors.shape(accessor?).ok().map(|shape| shape.count);
+    let mode = primitive.mode.unwrap_or(4);
+    let Some(vertices) = count(primitive.attributes.position).filter(|_| (4..=6).contains(&mode)) else {
+        return (0, 0);
+    };
+    let triangles = triangle_count(mode, count(primitive.indices).unwrap_or(vertices));
+    let shared = primitive.attributes.normal.is_some();
+    (triangles, if shared { vertices } else { triangles.saturating_mul(3) })
+}
+
+fn triangle_count(mode: u64, corners: usize) -> usize {
+    if mode == 4 { corners / 3 } else { corners.saturating_sub(2) }
+}
+
+pub(super) fn too_many_triangles() -> String {
+    format!("more than {MAX_TRIANGLES} triangles; simplify the model")
+}
+
+pub(super) fn too_many_vertices(count: usize) -> String {
+    format!(
+        "{count} vertices, more than {MAX_VERTICES} (without normals each triangle needs its own three); simplify the \
+         model or export it with normals"
+    )
+}
+
 /// The triangles that indices and mode make, those that name a corner twice left out.
 fn triangles(
     primitive: &Primitive,
@@ -121,9 +145,8 @@ fn triangles(
     room: Room,
 ) -> Result<Vec<[u32; 3]>, String> {
     let corners = primitive.indices.map_or(Ok(count), |i| accessors.shape(i).map(|s| s.count))?;
-    let number = if mode == 4 { corners / 3 } else { corners.saturating_sub(2) };
-    if number > room.triangles {
-        return Err(format!("more than {MAX_TRIANGLES} triangles; simplify the model"));
+    if triangle_count(mode, corners) > room.triangles {
+        return Err(too_many_triangles());
     }
     let corners: Vec<u32> = match primitive.indices {
         Some(i) => accessors.indices::<1>(i)?.into_iter().flatten().collect(),

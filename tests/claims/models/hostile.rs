@@ -120,7 +120,7 @@ fn every_truncation_of_a_file_is_refused() {
     assert!(gltf::parse(&glb, None, "whole.glb").is_ok());
 }
 
-/// A fan of many triangles over four vertices: 3 bytes a triangle.
+/// One triangle many times over: 3 bytes each.
 fn crowd(triangles: usize) -> Result<Loaded, SceneError> {
     let mut maker = Maker::new();
     let position = maker.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
@@ -143,13 +143,13 @@ fn a_mesh_shown_too_often_is_refused_before_it_fills_the_memory() {
     let position = maker.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     let indices = maker.accessor(U8, "SCALAR", 300_000, &[0, 1, 2].repeat(100_000));
     maker.add_mesh(&json!({ "attributes": { "POSITION": position }, "indices": indices }));
-    for _ in 0..200 {
+    for _ in 0..99 {
         maker.add_root(json!({ "mesh": 0 }));
     }
     let start = Instant::now();
     let error = maker.error();
-    assert!(error.contains("without normals the model needs"), "{error}");
-    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert!(error.contains("30000000 vertices, more than 16777216"), "{error}");
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
 }
 
 #[test]
