@@ -13,7 +13,7 @@ SCENE ?= scenes/fish.toml
 PICTURE ?= target/demo.png
 MURRINE := cargo run --locked --quiet --bin murrine --
 
-.PHONY: help demo picture test style claims assets golden bench setup-demo setup-test runtime
+.PHONY: help demo picture test style claims assets golden bench fuzz setup-demo setup-test runtime
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-15s %s\n", $$1, $$2 }'
@@ -49,6 +49,9 @@ golden: setup-demo ## compare the golden frames in screenshots/ (ARGS=update to 
 
 bench: setup-demo ## time every stage (ARGS are passed on)
 	@$(MURRINE) bench $(ARGS)
+
+fuzz: setup-test ## feed 100,000 broken files to each reader
+	@for reader in model scene environment; do cargo run --locked --quiet --example fuzz -- $$reader || exit 1; done
 
 setup-demo: runtime
 	@sh tools/setup.sh demo

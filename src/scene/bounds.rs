@@ -20,30 +20,42 @@ pub struct Reach {
     pub half: DVec3,
     /// The ball's radius.
     pub radius: f64,
-    /// What each morph target can add at weight 1.
+    /// What each morph target does at weight 1.
     pub morphs: Vec<MorphReach>,
 }
 
-/// The displacements that one target gives the vertices of a [`Reach`].
+/// What one target does to the vertices of a [`Reach`] at weight 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MorphReach {
-    /// Centre of the box of displacements.
-    pub center: DVec3,
-    /// Half its sides.
-    pub half: DVec3,
+    /// The box of the displacements: its centre and half its sides.
+    pub displacement: [DVec3; 2],
+    /// The box of the displaced vertices, likewise.
+    pub displaced: [DVec3; 2],
 }
 
 impl Reach {
     /// Centre, half sides and radius with the morph weights of the part applied.
+    ///
+    /// A vertex is p + Σ w·d, and likewise (1 − Σ w)·p + Σ w·(p + d): each sum of boxes bounds it, and the second is
+    /// exact where one target rules.
     fn morphed(&self, weights: &[f32]) -> (DVec3, DVec3, f64) {
-        let (mut center, mut half, mut radius) = (self.center, self.half, self.radius);
+        if weights.iter().all(|&w| w == 0.0) {
+            return (self.center, self.half, self.radius);
+        }
+        let rest = 1.0 - weights.iter().map(|&w| f64::from(w)).sum::<f64>();
+        let (mut added, mut mixed) = ([self.center, self.half], [self.center * rest, self.half * rest.abs()]);
         for (morph, &weight) in self.morphs.iter().zip(weights) {
             let weight = f64::from(weight);
-            center += morph.center * weight;
-            half += morph.half * weight.abs();
-            radius += morph.half.length() * weight.abs();
+            for (sum, [center, half]) in [(&mut added, morph.displacement), (&mut mixed, morph.displaced)] {
+                sum[0] += center * weight;
+                sum[1] += half * weight.abs();
+            }
         }
-        (center, half, radius)
+        let [min, max] =
+            [(added[0] - added[1]).max(mixed[0] - mixed[1]), (added[0] + added[1]).min(mixed[0] + mixed[1])];
+        // Where both boxes are flat in an axis, rounding may put one beside the other.
+        let half = ((max - min) * 0.5).max(DVec3::ZERO);
+        ((min + max) * 0.5, half, half.length())
     }
 
     /// The box of the reach under an affine transform, after morphing.
@@ -76,7 +88,7 @@ pub fn reaches(geometry: &Geometry, part: &Part) -> Vec<Reach> {
     let vertices = part.vertices.start as usize..part.vertices.end as usize;
     let stride = vertices.len();
     let targets = part.morph_count as usize;
-    let mut boxes: BTreeMap<u32, Vec<Bounds>> = BTreeMap::new();
+    let mut boxes: BTreeMap<u32, (Bounds, Vec<[Bounds; 2]>)> = BTreeMap::new();
     let each_use = |visit: &mut dyn FnMut(u32, usize)| {
         for v in vertices.clone() {
             let influence = &geometry.influences[v];
@@ -88,21 +100,30 @@ pub fn reaches(geometry: &Geometry, part: &Part) -> Vec<Reach> {
         }
     };
     each_use(&mut |joint, v| {
-        let boxes = boxes.entry(joint).or_insert_with(|| vec![Bounds::EMPTY; targets + 1]);
-        boxes[0].add(geometry.vertices[v].position.as_dvec3());
-        for (target, bounds) in boxes[1..].iter_mut().enumerate() {
+        let (rest, morphed) = boxes.entry(joint).or_insert_with(|| (Bounds::EMPTY, vec![[Bounds::EMPTY; 2]; targets]));
+        let position = geometry.vertices[v].position.as_dvec3();
+        rest.add(position);
+        for (target, [displacement, displaced]) in morphed.iter_mut().enumerate() {
             let morph = part.morph_first as usize + target * stride + (v - vertices.start);
-            bounds.add(geometry.morphs[morph].position.as_dvec3());
+            let moved = geometry.morphs[morph].position.as_dvec3();
+            displacement.add(moved);
+            displaced.add(position + moved);
         }
     });
     let mut reaches: Vec<Reach> = boxes
         .into_iter()
-        .map(|(matrix, boxes)| Reach {
+        .map(|(matrix, (rest, morphed))| Reach {
             matrix,
-            center: boxes[0].center(),
-            half: (boxes[0].max - boxes[0].min) * 0.5,
+            center: rest.center(),
+            half: half_of(&rest),
             radius: 0.0,
-            morphs: boxes[1..].iter().map(|b| MorphReach { center: b.center(), half: (b.max - b.min) * 0.5 }).collect(),
+            morphs: morphed
+                .iter()
+                .map(|[displacement, displaced]| MorphReach {
+                    displacement: [displacement.center(), half_of(displacement)],
+                    displaced: [displaced.center(), half_of(displaced)],
+                })
+                .collect(),
         })
         .collect();
     each_use(&mut |joint, v| {
@@ -112,6 +133,10 @@ pub fn reaches(geometry: &Geometry, part: &Part) -> Vec<Reach> {
         }
     });
     reaches
+}
+
+fn half_of(bounds: &Bounds) -> DVec3 {
+    (bounds.max - bounds.min) * 0.5
 }
 
 /// The world box of a part.
@@ -138,7 +163,7 @@ pub fn part_bounds(
         return bounds;
     }
     let deformed = deformations.iter().fold(bounds, |b, d| d.bounds(b));
-    let half = (deformed.max - deformed.min) * 0.5;
+    let half = half_of(&deformed);
     let whole = Reach { matrix: 0, center: deformed.center(), half, radius: half.length(), morphs: Vec::new() };
     whole.bounds_under(world_from_model, &[])
 }

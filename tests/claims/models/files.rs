@@ -4,6 +4,7 @@ use murrine::scene::description::{Model, Scene, Source};
 use murrine::scene::pose::pose_vertices;
 use murrine::scene::world::World;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A scene of one file, the clip chosen by name.
 pub(super) fn scene_of(path: &Path, animation: Option<&str>) -> Scene {
@@ -75,10 +76,35 @@ fn bounds_contain_every_posed_vertex_of_the_shared_models() {
             let duration = world.duration_secs(&scene);
             let steps = if world.models[0].vertices.len() > 20_000 { 1 } else { 5 };
             for step in 0..steps {
-                super::bounds::assert_contained(&world, &scene, duration * f64::from(step) / 4.3);
+                let share = super::bounds::assert_contained(&world, &scene, duration * f64::from(step) / 4.3);
+                assert!(share > 0.4, "{file}: its bounds are only {share} filled");
             }
         }
         let posed = pose_vertices(&world, &scene, &world.pose(&scene, 0.0));
         assert!(posed.iter().all(|(p, n)| p.is_finite() && (n.length() - 1.0).abs() < 1e-3), "{file}");
     }
+}
+
+#[test]
+fn a_model_is_read_again_only_when_its_files_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.gltf");
+    let maker = super::maker::Maker::triangle();
+    let mut json = maker.json.clone();
+    json["buffers"][0] = serde_json::json!({ "byteLength": maker.bytes.len(), "uri": "model.bin" });
+    std::fs::write(&path, json.to_string()).unwrap();
+    std::fs::write(folder.path().join("model.bin"), &maker.bytes).unwrap();
+    let mut scene = scene_of(&path, None);
+    scene.models.push(Model { name: "twin".into(), ..scene.models[0].clone() });
+    let first = World::load(&scene, None).unwrap();
+    assert!(Arc::ptr_eq(&first.models[0], &first.models[1]), "one file is read once");
+    assert_eq!(first.files(), [folder.path().join("model.bin"), path.clone()]);
+    let again = World::load(&scene, Some(&first)).unwrap();
+    assert!(Arc::ptr_eq(&first.models[0], &again.models[0]), "nothing changed");
+    let longer = [maker.bytes.as_slice(), &[0; 8]].concat();
+    std::fs::write(folder.path().join("model.bin"), longer).unwrap();
+    let changed = World::load(&scene, Some(&first)).unwrap();
+    assert!(!Arc::ptr_eq(&first.models[0], &changed.models[0]), "a file beside it changed");
+    std::fs::write(&path, "{").unwrap();
+    assert!(World::load(&scene, Some(&first)).is_err(), "a broken file is no reason to show the old one");
 }
