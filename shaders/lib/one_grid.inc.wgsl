@@ -14,18 +14,7 @@ fn triangle_of(triangle: u32) -> GridTriangle {
     let a = vertices[v0].position;
     let b = vertices[indices[3u * triangle + 1u]].position;
     let c = vertices[indices[3u * triangle + 2u]].position;
-    var cut: GridTriangle;
-    if !perspective {
-        cut = GridTriangle(
-            (grids[g].grid_from_world * vec4f(a, 1.0)).xyz,
-            (grids[g].grid_from_world * vec4f(b, 1.0)).xyz,
-            (grids[g].grid_from_world * vec4f(c, 1.0)).xyz,
-            vec3f(0.0),
-            1u,
-        );
-    } else {
-        cut = grid_triangle(grids[g], a, b, c);
-    }
+    var cut = grid_triangle(grids[g], a, b, c);
     let required = grids[g].required_flags;
     if required != 0u && (materials[vertices[v0].part].flags & required) != required {
         cut.pieces = 0u;

@@ -46,6 +46,13 @@ impl Region {
         counted.occupied <= self.record_capacity && counted.extras.min(MAX_EXTRAS) <= self.extra_capacity
     }
 
+    /// What was counted, and what would have been if every voxel had had a record: sheets are counted in records.
+    fn whole(&self, counted: &GridCounters) -> GridCounters {
+        let of_records = counted.occupied.min(self.record_capacity).max(1);
+        let extras = u64::from(counted.extras) * u64::from(counted.occupied.max(1)) / u64::from(of_records);
+        GridCounters { extras: u32::try_from(extras).unwrap_or(u32::MAX), ..*counted }
+    }
+
     /// Bytes of words, ranks, interior, records and light records.
     pub(super) fn bytes(&self) -> u64 {
         let records = u64::from(self.record_capacity) + u64::from(self.extra_capacity);
@@ -58,7 +65,8 @@ impl Regions {
     /// for each grid whether its region is new.
     pub(super) fn fit(&mut self, grids: &[Grid], counts: &[GridCounters]) -> Vec<bool> {
         let counted = |i: usize| counts.get(i).filter(|_| counts.len() >= grids.len());
-        let needs: Vec<Region> = grids.iter().enumerate().map(|(i, grid)| need(grid, counted(i))).collect();
+        let whole = |i: usize| counted(i).map(|c| self.of_grids.get(i).map_or(*c, |have| have.whole(c)));
+        let needs: Vec<Region> = grids.iter().enumerate().map(|(i, grid)| need(grid, whole(i))).collect();
         let same_number = self.of_grids.len() == needs.len();
         let holds = same_number
             && self.of_grids.iter().zip(&needs).enumerate().all(|(i, (have, need))| {
@@ -115,7 +123,7 @@ impl Regions {
 }
 
 /// Room that a grid needs, with some to spare; bases are not set.
-fn need(grid: &Grid, counted: Option<&GridCounters>) -> Region {
+fn need(grid: &Grid, counted: Option<GridCounters>) -> Region {
     let UVec3 { x, y, z } = grid.cells;
     let all_cells = u64::from(x) * u64::from(y) * u64::from(z);
     // A ball touches 1.5 times its area in cells, three quarters of its box's area.
