@@ -16,7 +16,7 @@
 //! | `records`     | a voxel, in rank order; then further sheets | 16 | [`Record`]                          |
 //! | `keys`        | six a voxel         | 4     | transient: winners, shared by all grids; all 0 in between  |
 //! | `chunk_sums`  | 32 words or voxels  | 4     | transient: prefix sums, shared by all grids                |
-//! | `light_records` | a record          | 8     | prefix transmittance (RGB half) + medium; light grids only |
+//! | `light_records` | a record          | 8     | what is left of the light there, and its medium; light grids only |
 //! | `counters`    | a grid              | 16    | [`GridCounters`]                                           |
 
 mod counts;

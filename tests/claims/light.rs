@@ -4,9 +4,11 @@
 
 mod support;
 
+use crate::probe;
 use glam::{DVec3, Vec3, Vec3Swizzles};
 use murrine::scene::World;
 use murrine::scene::description::{Cells, Light, LightKind, Model, Scene, Shadow, Shape};
+use murrine::scene::material::Material;
 use std::sync::Arc;
 use support::{Lit, glass, model, opaque, sun};
 
@@ -376,4 +378,60 @@ fn shadows_on_a_plane_are_crisp_near_the_body_and_soft_far_from_it() {
         assert!((width / truth - 1.0).abs() < 0.35, "{width} wide instead of {truth}");
     }
     assert!(widths[0] < 0.035 && widths[2] > 1.3 * widths[1], "{widths:?}");
+}
+
+#[test]
+fn thin_walls_tint_the_light_once_each_and_do_not_fill_their_body() {
+    let tint = Vec3::new(0.9, 0.5, 0.25);
+    let scene =
+        Scene { models: vec![model(slab(0.2, 0.5), opaque())], lights: vec![sun(Vec3::NEG_Y)], ..Scene::default() };
+    let mut world = World::load(&scene, None).unwrap();
+    let part = &mut Arc::make_mut(&mut world.models[0]).parts[0];
+    part.material = Material { thin_wall: true, base_color: tint, sigma: Vec3::splat(9.0), ..Material::default() };
+    let scene = Scene { models: vec![Model { materials: Vec::new(), ..scene.models[0].clone() }], ..scene };
+    let lit = Lit::of(&scene, &world);
+    let below = lit.absorption(0, &disc(Vec3::ZERO, 0.4, 0.0), Vec3::ZERO);
+    let (mean, _) = compare(&below, |_| (tint * tint).as_dvec3());
+    assert!(mean < 2e-3, "below both walls: mean {mean}");
+    let between = lit.absorption(0, &disc(Vec3::ZERO, 0.4, 0.35), Vec3::ZERO);
+    let (mean, _) = compare(&between, |_| tint.as_dvec3());
+    assert!(mean < 2e-3, "between the walls: mean {mean}");
+    assert!(compare(&below, |_| tint.as_dvec3()).0 > 0.05, "one wall must not look like two");
+}
+
+#[test]
+fn light_records_come_back_as_they_were_packed() {
+    let pass = probe::compile(
+        r#"
+#include "lib/light_record.inc.wgsl"
+struct Question { absorption: vec3f, surfaces: f32, medium: u32, questionable: u32, _pad: vec2u }
+@group(0) @binding(0) var<storage, read> questions: array<Question>;
+@group(0) @binding(1) var<storage, read_write> answers: array<Question>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < arrayLength(&questions) {
+        let q = questions[id.x];
+        let r = LightRecord(q.absorption, q.surfaces, q.medium, q.questionable == 1u);
+        let back = unpack_light_record(pack_light_record(r));
+        answers[id.x] = Question(back.absorption, back.surfaces, back.medium, u32(back.questionable), vec2u(0u));
+    }
+}
+"#,
+        &[],
+    );
+    let share = |i: u32, k: u32| f32::from(u16::try_from(i * k % 1001).unwrap()) / 1000.0;
+    let record = |i: u32| {
+        let shares = [share(i, 1), share(i, 37), share(i, 101), share(i, 13)].map(f32::to_bits);
+        [shares[0], shares[1], shares[2], shares[3], i * 41 % 4096, i % 2, 0, 0]
+    };
+    let records: Vec<[u32; 8]> = (0..3000).map(record).collect();
+    let answers: Vec<[u32; 8]> = probe::ask(&pass, &[], &records);
+    for (before, after) in records.iter().zip(&answers) {
+        for k in 0..4 {
+            let (a, b) = (f32::from_bits(before[k]), f32::from_bits(after[k]));
+            let step = if k == 3 { 1.3e-4 } else { 6.5e-5 };
+            assert!((a.sqrt() - b.sqrt()).abs() <= step && (a != 1.0 || b == 1.0), "share {k}: {a} came back as {b}");
+        }
+        assert_eq!(before[4..6], after[4..6]);
+    }
 }
