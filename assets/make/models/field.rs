@@ -108,7 +108,7 @@ pub(crate) struct Outline {
 impl Outline {
     /// Through the given points (Catmull–Rom).
     pub(crate) fn through(points: &[(f64, f64)]) -> Self {
-        const STEPS: u32 = 12;
+        const STEPS: u32 = 7;
         let n = points.len();
         let at = |i: usize| DVec2::from(points[i % n]);
         let mut fine = Vec::new();
@@ -323,28 +323,26 @@ fn sheets_in_cell(corners: &[f64; 8]) -> Vec<(Vec<Edge>, DVec3)> {
 
 /// Spreads vertices evenly along the surface and draws them onto it.
 fn settle(field: Field<'_>, positions: &mut [DVec3], triangles: &[[u32; 3]], cell: f64) {
-    const ROUNDS: u32 = 8;
+    const ROUNDS: u32 = 4;
     let mut neighbours = vec![Vec::new(); positions.len()];
     for t in triangles {
         for corner in 0..3 {
             neighbours[t[corner] as usize].push(t[(corner + 1) % 3]);
         }
     }
-    for round in 0..=ROUNDS {
+    // The last rounds only draw onto the surface.
+    for round in 0..ROUNDS + 2 {
         let old = positions.to_vec();
         positions.par_iter_mut().enumerate().for_each(|(i, position)| {
             let slope = gradient(field, *position);
-            let normal = slope.normalize();
+            let length2 = slope.length_squared().max(1e-6);
             if round < ROUNDS {
                 let around: DVec3 = neighbours[i].iter().map(|&j| old[j as usize]).sum();
                 let pull = around / f64::from(index(neighbours[i].len())) - old[i];
-                *position += (pull - normal * pull.dot(normal)) * 0.5;
+                *position += (pull - slope * (pull.dot(slope) / length2)) * 0.6;
             }
-            for _ in 0..if round < ROUNDS { 1 } else { 4 } {
-                let slope = gradient(field, *position);
-                let step = slope * (field(*position) / slope.length_squared().max(1e-6));
-                *position -= step.clamp_length_max(cell * 0.5);
-            }
+            let step = slope * (field(*position) / length2);
+            *position -= step.clamp_length_max(cell * 0.5);
         });
     }
 }
