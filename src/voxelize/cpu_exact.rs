@@ -16,7 +16,7 @@
 //! triangles back, the one voxelizer that waits for the device.
 
 use super::clip::grid_triangles;
-use super::separating_axes::{AxisBox, overlaps, thin};
+use super::separating_axes::{AxisBox, overlaps, thick, thin};
 use super::{Input, Method, Promise, Voxelizer};
 use crate::animate::Vertex;
 use crate::gpu::{GpuError, Recorder, buffer};
@@ -66,17 +66,11 @@ pub fn exact_voxels(grid: &Grid, triangles: &[[Vec3; 3]], separability: Separabi
             for_each_cell_near(grid, &t, band, &mut |cell| {
                 let cell_box = box_of(grid, UVec3::from_array(cell), UVec3::ONE);
                 let verdict = match separability {
-                    Separability::TwentySix => {
-                        let grown =
-                            |by: f64| AxisBox { half: cell_box.half + DVec3::splat(by), center: cell_box.center };
-                        (overlaps(&t, cell_box), overlaps(&t, grown(-band)), overlaps(&t, grown(band)))
-                    }
-                    Separability::Six => {
-                        let verdict = thin(&t, cell_box, band);
-                        (verdict.marked, verdict.surely_marked, verdict.maybe_marked)
-                    }
+                    Separability::TwentySix => thick(&t, cell_box, band),
+                    Separability::Six => thin(&t, cell_box, band),
                 };
-                for (holds, to) in [(verdict.0, &marked), (verdict.1, &sure), (verdict.2, &maybe)] {
+                let to = [(verdict.marked, &marked), (verdict.surely_marked, &sure), (verdict.maybe_marked, &maybe)];
+                for (holds, to) in to {
                     if holds {
                         set(to, cell);
                     }

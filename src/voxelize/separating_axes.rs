@@ -25,9 +25,9 @@ pub(super) fn overlaps(triangle: &[DVec3; 3], cell: AxisBox) -> bool {
         || e.iter().any(|e| DVec3::AXES.into_iter().any(|axis| separates(axis.cross(*e)))))
 }
 
-/// What the thin rule makes of a cell.
+/// What a rule makes of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Thin {
+pub(super) struct Verdict {
     /// The rule holds.
     pub(super) marked: bool,
     /// It holds, and would if every vertex moved by the band.
@@ -36,7 +36,9 @@ pub(super) struct Thin {
     pub(super) maybe_marked: bool,
 }
 
-impl Thin {
+impl Verdict {
+    const HOLDS: Self = Self { marked: true, surely_marked: true, maybe_marked: true };
+
     /// Asks for `slack` ≥ 0, which changes by at most `sensitivity` for each unit that vertices move.
     fn require(&mut self, band: f64, slack: f64, sensitivity: f64) {
         self.marked &= slack >= 0.0;
@@ -45,15 +47,37 @@ impl Thin {
     }
 }
 
+/// As [`overlaps`], with what a displacement of the vertices by `band` cells could change: that of the box's faces by as
+/// much covers it.
+pub(super) fn thick(triangle: &[DVec3; 3], cell: AxisBox, band: f64) -> Verdict {
+    let v = triangle.map(|p| p - cell.center);
+    let e = [v[1] - v[0], v[2] - v[1], v[0] - v[2]];
+    let mut result = Verdict::HOLDS;
+    let mut require = |axis: DVec3| {
+        let p = v.map(|v| axis.dot(v));
+        let reach = cell.half.dot(axis.abs());
+        let slack = (reach - p[0].min(p[1]).min(p[2])).min(reach + p[0].max(p[1]).max(p[2]));
+        if axis != DVec3::ZERO {
+            result.require(band, slack, axis.abs().element_sum());
+        }
+    };
+    DVec3::AXES.into_iter().for_each(&mut require);
+    require(e[0].cross(e[1]));
+    for edge in e {
+        DVec3::AXES.into_iter().for_each(|axis| require(axis.cross(edge)));
+    }
+    result
+}
+
 /// The thin, 6-separating rule (Schwarz & Seidel 2010; RB §3.1, Figs. 2, 3 and 18): the cell's box meets the triangle's,
 /// the plane meets the diamond inscribed in the cell, and in each of the three projections the diamond inscribed in the
 /// cell's square reaches to the inner side of each edge.
 ///
 /// `band` is a displacement of the vertices, cells; for what it can do the first-order bound is taken.
-pub(super) fn thin(triangle: &[DVec3; 3], cell: AxisBox, band: f64) -> Thin {
+pub(super) fn thin(triangle: &[DVec3; 3], cell: AxisBox, band: f64) -> Verdict {
     let v = triangle.map(|p| p - cell.center);
     let e = [v[1] - v[0], v[2] - v[1], v[0] - v[2]];
-    let mut result = Thin { marked: true, surely_marked: true, maybe_marked: true };
+    let mut result = Verdict::HOLDS;
     for axis in 0..3 {
         let p = v.map(|v| v[axis]);
         result.require(band, cell.half[axis] - p[0].min(p[1]).min(p[2]), 1.0);
