@@ -191,7 +191,11 @@ fn is_odd(number: u32) -> bool {
     return (atomicLoad(&chunk_sums[number >> 5u]) & (1u << (number & 31u))) != 0u;
 }
 
-// A thread a column: an odd one takes what most of its even neighbours have, slice by slice.
+// How far an odd column looks for an even one, in columns.
+const MAX_REACH: i32 = 64;
+
+// A thread a column: an odd one takes, slice by slice, what most of the nearest even columns in eight directions have.
+// Beyond the grid there is nothing. Only columns that are even already are asked, so the order of threads can't be seen.
 @compute @workgroup_size(64)
 fn mend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
     let g = grid_index.x;
@@ -210,28 +214,37 @@ fn mend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         var eights = 0u;
         var voters = 0u;
         for (var i = 0; i < 9; i++) {
-            let beside = column + vec2i(i % 3, i / 3) - 1;
-            let beside_number = u32(beside.y * size.x + beside.x);
-            if i == 4 || any(beside < vec2i(0)) || any(beside >= size) || is_odd(beside_number) {
+            let direction = vec2i(i % 3, i / 3) - 1;
+            var reach = select(1, MAX_REACH, i == 4);
+            var beside = column + direction;
+            while reach < MAX_REACH && all(beside >= vec2i(0)) && all(beside < size)
+                && is_odd(u32(beside.y * size.x + beside.x)) {
+                beside += direction;
+                reach++;
+            }
+            if reach == MAX_REACH {
                 continue;
             }
-            let vote = atomicLoad(&interior[grids[g].word_base + beside_number * per_column + w]);
+            voters++;
+            if any(beside < vec2i(0)) || any(beside >= size) {
+                continue;
+            }
+            let first = grids[g].word_base + u32(beside.y * size.x + beside.x) * per_column;
+            let vote = atomicLoad(&interior[first + w]);
             let carry = ones & vote;
             let carry_2 = twos & carry;
             eights |= fours & carry_2;
             fours ^= carry_2;
             twos ^= carry;
             ones ^= vote;
-            voters++;
         }
-        // More than half: at least need of them.
-        let need = voters / 2u + 1u;
-        var more = 0u;
+        let majority = voters / 2u + 1u;
+        var solid = 0u;
         for (var slice = 0u; slice < 32u; slice++) {
             let votes = ((ones >> slice) & 1u) + 2u * ((twos >> slice) & 1u) + 4u * ((fours >> slice) & 1u)
                 + 8u * ((eights >> slice) & 1u);
-            more |= select(0u, 1u << slice, votes >= need);
+            solid |= select(0u, 1u << slice, votes >= majority);
         }
-        atomicStore(&interior[grids[g].word_base + number * per_column + w], more);
+        atomicStore(&interior[grids[g].word_base + number * per_column + w], solid);
     }
 }

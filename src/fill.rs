@@ -2,7 +2,7 @@
 //!
 //! Source: [`papers::CHANG_LAI_2011`], §2.3, first strategy; the toggles after Eisemann & Décoret 2008.
 //! A mesh that leaks makes odd columns. They are counted ([`GridCounters::odd_columns`]) and, if asked for, take what
-//! most of their neighbours have; else they are solid from their last crossing to the grid's end.
+//! most of the nearest even columns in eight directions have; else they are solid from their last crossing to the grid's end.
 //!
 //! [`papers::CHANG_LAI_2011`]: crate::papers::CHANG_LAI_2011
 
@@ -44,7 +44,7 @@ impl FillInterior {
     }
 
     /// Records the eager fill of one grid into `volume.interior`. With `repair`, odd columns take what most of their
-    /// neighbours have.
+    /// nearest even neighbours have.
     pub fn record(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize, triangles: &Triangles, repair: bool) {
         let Some(g) = volume.grids.get(grid) else { return };
         rec.encoder.clear_buffer(&volume.interior, u64::from(g.word_base) * 4, Some(u64::from(g.word_count()) * 4));

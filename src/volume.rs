@@ -95,7 +95,7 @@ impl Volume {
     /// # Errors
     /// When the device refuses even small buffers.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let grid_index = (0..MAX_GRIDS).map(|g| buffer::uniform(gpu, "grid_index", &[g as u32, 0, 0, 0])).collect();
+        let grid_index = (0_u32..).take(MAX_GRIDS).map(|g| buffer::uniform(gpu, "grid_index", &[g, 0, 0, 0])).collect();
         Ok(Self {
             grids: Vec::new(),
             grid_data: gpu.device.create_buffer(&wgpu::BufferDescriptor {

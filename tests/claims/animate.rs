@@ -1,4 +1,5 @@
 //! The device moves every vertex to where the host's reference does.
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
 
 use crate::gpu;
 use crate::probe;

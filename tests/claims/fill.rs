@@ -1,4 +1,5 @@
 //! The eager fill is exact parity.
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
 
 use crate::stages::Stages;
 use glam::{DMat3, DMat4, DVec2, DVec3, UVec3, Vec3, Vec3Swizzles};
@@ -7,8 +8,8 @@ use murrine::scene::description::{Deformer, Model, Scene, Shape, Source};
 use murrine::scene::{World, shapes};
 use std::sync::Arc;
 
-const BALL: Shape = Shape::Icosphere { radius: 1.0, subdivisions: 4 };
-const TORUS: Shape = Shape::Torus { radius: 0.8, tube: 0.25, segments: 64 };
+const BALL: Shape = Shape::Icosphere { radius: 1.0, subdivisions: 3 };
+const TORUS: Shape = Shape::Torus { radius: 0.8, tube: 0.25, segments: 40 };
 
 fn turned(shape: Shape, rotate_deg: Vec3, deformers: Vec<Deformer>) -> Scene {
     let model = Model { source: Source::Shape(shape), rotate_deg, deformers, ..Model::default() };
@@ -141,8 +142,8 @@ fn the_interior_of_a_ball_approaches_its_volume() {
 fn a_leak_makes_odd_columns_which_repair_takes_from_their_neighbours() {
     let scene = turned(BALL, Vec3::new(0.0, 20.0, 0.0), vec![]);
     let mut leaky = shapes::shape(&BALL);
-    // Some triangle of the front and some of the side: their columns end in nothing.
-    let removed = [700, 3000, 4100];
+    // Holes of several columns: those in the middle have no even neighbour at their side.
+    let removed = [700, 900, 1100];
     for t in removed.iter().rev() {
         leaky.triangles.remove(*t);
     }
@@ -154,7 +155,7 @@ fn a_leak_makes_odd_columns_which_repair_takes_from_their_neighbours() {
     let wrong = |words: &[u32]| -> u32 { words.iter().zip(&whole).map(|(a, b)| (a ^ b).count_ones()).sum() };
     let unrepaired = wrong(&stages.filled(grid, false));
     let odd = odd_columns(&stages);
-    assert!(odd > 0 && odd < 100, "{odd} odd columns");
+    assert!(odd > 9 && odd < 100, "{odd} odd columns");
     let repaired = wrong(&stages.filled(grid, true));
     assert_eq!(odd_columns(&stages), odd);
     assert!(unrepaired > 10 * odd, "{unrepaired} cells in {odd} columns");

@@ -1,4 +1,5 @@
 //! The stages up to the records and the fill, run one by one.
+#![expect(clippy::cast_possible_truncation, reason = "small whole numbers")]
 
 use crate::gpu;
 use glam::{DVec3, UVec3, Vec2, Vec3};
