@@ -259,10 +259,8 @@ impl Pictures {
         let stages = self.frame.render(gpu, &request)?;
         self.again = false;
         self.failed = None;
-        if timing != Timing::Off {
+        if !stages.is_empty() {
             self.measured.stages = stages;
-        } else if order.typical {
-            self.measured.stages.clear();
         }
         let record_ms = started.elapsed().as_secs_f64() * 1e3;
         let Order { size, full, typical, .. } = *order;

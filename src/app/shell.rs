@@ -28,6 +28,8 @@ const SIZE: winit::dpi::LogicalSize<f64> = winit::dpi::LogicalSize::new(1440.0, 
 const SCREEN_SHARE: f64 = 0.92;
 /// Before a surface that was not ready is tried again.
 const RETRY: Duration = Duration::from_millis(15);
+/// egui asks for a painting "never" by a longer delay than this.
+const LONGEST_DELAY: Duration = Duration::from_secs(3600);
 /// How often a lost device is opened again before the program gives up.
 const MOST_REOPENINGS: u32 = 3;
 /// Factor of text size by key.
@@ -298,11 +300,9 @@ impl Shell {
         self.wish.timestamps = times_on_view;
         let holding = ctx.input(|i| i.pointer.any_down()) || ctx.text_edit_focused();
         self.session.observe_edits(holding);
-        if matches!(painted, Painted::Again | Painted::Lost) {
-            self.redraw_after(RETRY);
-        } else if delay.is_zero() {
-            self.redraw_after(RETRY);
-        } else if delay < Duration::from_secs(3600) {
+        let again = matches!(painted, Painted::Again | Painted::Lost);
+        let delay = if again { RETRY } else { delay.max(RETRY) };
+        if delay < LONGEST_DELAY {
             self.redraw_after(delay);
         }
         for command in commands {
@@ -321,11 +321,10 @@ impl Shell {
         let next = opened.pictures.advance(&opened.gpu, &self.session, place, wish)?;
         self.wish.measure = false;
         match next {
-            Next::InFlight => {}
             Next::SharpenAt(at) => self.redraw_after(at.saturating_duration_since(Instant::now())),
             Next::AtRest if self.shot => self.take_shot(),
             Next::AtRest if self.session.timeline.is_running() => self.redraw_after(RETRY),
-            Next::AtRest => {}
+            Next::InFlight | Next::AtRest => {}
         }
         Ok(())
     }

@@ -5,11 +5,13 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use murrine::app::actions::{self, ACTIONS, ActionId, CLICKER_KEYS, Group};
 use murrine::app::history::History;
 use murrine::app::notices::{Notices, Severity, Topic};
+use murrine::app::panels::{self, Chrome, Stage};
+use murrine::app::pictures::Measured;
 use murrine::app::resolution::{Resolution, STEPS};
 use murrine::app::session::{Session, neighbour};
 use murrine::app::timeline::Timeline;
 use murrine::app::{fallback, loader, orbit};
-use murrine::scene::description::{Bounds, Camera};
+use murrine::scene::description::{Bounds, Camera, LightKind};
 use murrine::scene::{Scene, World};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command, Stdio};
@@ -347,6 +349,53 @@ fn the_scenes_of_a_folder_follow_each_other_round_and_round() {
     assert_eq!(next("c.toml", 1), folder.path().join("a.toml"));
     assert_eq!(next("a.toml", -1), folder.path().join("c.toml"));
     assert_eq!(next("fox.glb", 1), folder.path().join("fox.glb"), "models follow models");
+}
+
+#[test]
+fn looking_at_every_panel_edits_nothing() {
+    let mut session = Session::default();
+    opened(None, loader::Reason::Open, &mut session);
+    session.scene.lights[0].kind =
+        LightKind::Directional { direction: Vec3::new(0.712_345_6, -0.654_321, 0.253_1).normalize() };
+    session.scene.effect.exposure = 1.234_567_8;
+    session.scene.camera.fov_deg = 33.333_333;
+    let before = session.scene.clone();
+    let mut chrome = Chrome { unfolded: true, ..Chrome::default() };
+    let context = egui::Context::default();
+    let mut run = |session: &mut Session, events: Vec<egui::Event>| {
+        let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 3000.0));
+        let input = egui::RawInput { screen_rect: Some(rect), events, ..Default::default() };
+        let mut stage = Stage {
+            session,
+            chrome: &mut chrome,
+            measured: &Measured::default(),
+            frame: None,
+            adapter: "none",
+            commands: Vec::new(),
+        };
+        let output = context.run_ui(input, |ui| {
+            panels::show(ui, &mut stage);
+        });
+        output.drop_without_applying_deltas();
+        stage.commands
+    };
+    for _ in 0..5 {
+        assert!(run(&mut session, Vec::new()).is_empty());
+    }
+    assert_eq!(session.scene, before, "showing the panels changed the scene");
+    // A wheel turn over the picture, as a control: it does change the camera.
+    let at = egui::pos2(300.0, 1500.0);
+    let wheel = egui::Event::MouseWheel {
+        source: egui::MouseWheelSource::Wheel,
+        unit: egui::MouseWheelUnit::Point,
+        delta: egui::vec2(0.0, 60.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    };
+    for events in [vec![egui::Event::PointerMoved(at)], vec![wheel], Vec::new(), Vec::new()] {
+        run(&mut session, events);
+    }
+    assert_ne!(session.scene.camera, before.camera, "the wheel did not zoom");
 }
 
 /// A display of its own with the program's window on it; both end when it is dropped.

@@ -1,6 +1,6 @@
 //! How the volume is lit.
 
-use super::rows::{choice, log_slider, slider, tick, whole_slider};
+use super::rows::{angle, choice, log_slider, tick, whole_slider};
 use crate::app::session::Session;
 use crate::scene::description::{Hit, Refraction};
 use egui::Ui;
@@ -11,8 +11,8 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     choice(ui, "Refraction", "how rays bend", &mut effect.refraction);
     choice(ui, "Hit", "how a ray meets the volume", &mut effect.hit);
     if effect.hit == Hit::Voxel {
-        let hint = "a second refraction within this angle of the last normal is ignored, degrees";
-        slider(ui, "Threshold", hint, &mut effect.angle_threshold_deg, 0.0..=90.0);
+        let hint = "a second refraction within this angle of the last normal is ignored";
+        angle(ui, "Threshold", hint, &mut effect.angle_threshold_deg, 0.0..=90.0);
     }
     if effect.refraction == Refraction::MultipleSurface {
         let hint = "the most refractions and inner reflections along one ray";

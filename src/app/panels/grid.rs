@@ -1,9 +1,9 @@
 //! The view's grid and the lights'.
 
 use super::Stage;
-use super::rows::{choice, quiet, row};
+use super::rows::{choice, plain, quiet, row};
 use crate::scene::description::{Align, Cells, GridSettings};
-use egui::{DragValue, RichText, Slider, Ui};
+use egui::{DragValue, RichText, Ui};
 use glam::UVec3;
 
 /// Resolutions that the program accepts.
@@ -37,7 +37,7 @@ fn settings(ui: &mut Ui, grid: &mut GridSettings, of_view: bool) {
         Cells::Longest(cells) => {
             row(ui, "", "", |ui| {
                 ui.spacing_mut().slider_width = (ui.available_width() - 58.0).max(40.0);
-                ui.add(Slider::new(cells, CELLS))
+                ui.add(plain(cells, CELLS))
             });
             row(ui, "", "", |ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
@@ -49,7 +49,7 @@ fn settings(ui: &mut Ui, grid: &mut GridSettings, of_view: bool) {
         Cells::Each(cells) => {
             row(ui, "", "", |ui| {
                 for count in [&mut cells.x, &mut cells.y, &mut cells.z] {
-                    ui.add(DragValue::new(count).range(CELLS).speed(1.0));
+                    ui.add(DragValue::new(count).range(CELLS).clamp_existing_to_range(false).speed(1.0));
                 }
             });
         }

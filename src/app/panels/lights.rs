@@ -1,6 +1,6 @@
 //! The lights and the background.
 
-use super::rows::{color, log_slider, quiet, row, slider, tick, vector};
+use super::rows::{angle, color, log_slider, quiet, row, slider, tick, vector};
 use crate::scene::Scene;
 use crate::scene::description::{Background, Light, LightKind};
 use crate::surroundings::MAX_LIGHTS;
@@ -55,7 +55,7 @@ fn edit(ui: &mut Ui, light: &mut Light, kind: &str) {
         LightKind::Spot { position, direction, angle_deg, blend } => {
             vector(ui, "Position", "world units", position, 0.02, "");
             aim(ui, direction);
-            slider(ui, "Half angle", "of the cone, degrees", angle_deg, 1.0..=89.0);
+            angle(ui, "Half angle", "of the cone", angle_deg, 1.0..=89.0);
             slider(ui, "Softness", "fraction of the half angle over which it fades", blend, 0.0..=1.0);
         }
     }
@@ -84,8 +84,8 @@ fn aim(ui: &mut Ui, direction: &mut Vec3) {
     let height = from.y.clamp(-1.0, 1.0).asin();
     let bearing = if height.abs() > POLE_RAD { 0.0 } else { from.x.atan2(from.z) };
     let (mut height_deg, mut bearing_deg) = (height.to_degrees(), bearing.to_degrees());
-    let mut changed = slider(ui, "Height", "above the horizon, degrees", &mut height_deg, -88.0..=88.0).changed();
-    changed |= slider(ui, "Bearing", "about the vertical, degrees", &mut bearing_deg, -180.0..=180.0).changed();
+    let mut changed = angle(ui, "Height", "above the horizon", &mut height_deg, -88.0..=88.0).changed();
+    changed |= angle(ui, "Bearing", "about the vertical", &mut bearing_deg, -180.0..=180.0).changed();
     if changed {
         let (height, bearing) = (height_deg.to_radians(), bearing_deg.to_radians());
         *direction = -Vec3::new(height.cos() * bearing.sin(), height.sin(), height.cos() * bearing.cos());
@@ -114,7 +114,7 @@ fn background(ui: &mut Ui, background: &mut Background) {
             }
             Background::Environment { file, rotate_deg, intensity } => {
                 quiet(ui, file.display().to_string());
-                slider(ui, "Turn", "about the vertical, degrees", rotate_deg, -180.0..=180.0);
+                angle(ui, "Turn", "about the vertical", rotate_deg, -180.0..=180.0);
                 log_slider(ui, "Intensity", "", intensity, 0.01..=20.0);
             }
         }

@@ -1,7 +1,7 @@
 //! Materials: every part's glass or opaque colour, written as overrides into the scene.
 
 use super::icons::{self, Icon};
-use super::rows::{color, log_slider, quiet, row, slider, tick};
+use super::rows::{color, log_slider, plain, quiet, row, slider, tick};
 use crate::app::session::Session;
 use crate::scene::description::{MaterialOverride, Model};
 use crate::scene::geometry::Part;
@@ -82,8 +82,8 @@ fn checker(ui: &mut Ui, model: &mut Model, part: &Part, is_only: bool, now: &mut
 fn glass(ui: &mut Ui, model: &mut Model, part: &Part, is_only: bool, now: &mut Material) {
     let changed = row(ui, "Refraction index", "speed of light outside over inside", |ui| {
         let response = {
-            ui.spacing_mut().slider_width = (ui.available_width() - 102.0).max(40.0);
-            ui.add(egui::Slider::new(&mut now.ior, 1.0..=2.6).max_decimals(3))
+            ui.spacing_mut().slider_width = (ui.available_width() - 108.0).max(40.0);
+            ui.add(plain(&mut now.ior, 1.0..=2.6).max_decimals(3))
         };
         let mut changed = response.changed();
         let opener = icons::button(ui, Icon::More, true, "common indices");

@@ -24,6 +24,8 @@ use std::path::PathBuf;
 
 /// Width of the sections at first, points.
 const WIDTH: f32 = 316.0;
+/// Left free at the right of the sections, so that the scroll bar covers nothing, points.
+const SCROLL_BAR: f32 = 10.0;
 /// Turning by dragging across the height of the picture, radians.
 const ORBIT_RAD: f32 = std::f32::consts::PI;
 /// Distance to the target after scrolling by one point.
@@ -34,6 +36,8 @@ const ZOOM_PER_POINT: f32 = 0.998;
 pub struct Chrome {
     /// The sections and the time bar.
     pub panels: bool,
+    /// Every section starts unfolded, not just those that are needed most.
+    pub unfolded: bool,
     /// The help.
     pub help: bool,
     /// Text of the field that "Save as" writes to.
@@ -46,7 +50,7 @@ pub struct Chrome {
 
 impl Default for Chrome {
     fn default() -> Self {
-        Self { panels: true, help: false, save_as: String::new(), dropping: false, loading: None }
+        Self { panels: true, unfolded: false, help: false, save_as: String::new(), dropping: false, loading: None }
     }
 }
 
@@ -111,15 +115,17 @@ fn sections(ui: &mut Ui, stage: &mut Stage<'_>) -> bool {
     scene::header(ui, stage);
     ui.add_space(4.0);
     let mut times_on_view = false;
+    let all = stage.chrome.unfolded;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.set_max_width(ui.available_width() - SCROLL_BAR);
         section(ui, "Scene", true, |ui| scene::show(ui, stage));
         section(ui, "Materials", true, |ui| materials::show(ui, stage.session));
         section(ui, "View", true, |ui| view::show(ui, stage));
-        section(ui, "Effect", false, |ui| effect::show(ui, stage.session));
-        section(ui, "Voxelizer", false, |ui| voxelizer::show(ui, &mut stage.session.scene.voxelizer));
-        section(ui, "Grids", false, |ui| grid::show(ui, stage));
-        section(ui, "Lights", false, |ui| lights::show(ui, &mut stage.session.scene));
-        times_on_view = section(ui, "Times and memory", false, |ui| stats::show(ui, stage));
+        section(ui, "Effect", all, |ui| effect::show(ui, stage.session));
+        section(ui, "Voxelizer", all, |ui| voxelizer::show(ui, &mut stage.session.scene.voxelizer));
+        section(ui, "Grids", all, |ui| grid::show(ui, stage));
+        section(ui, "Lights", all, |ui| lights::show(ui, &mut stage.session.scene));
+        times_on_view = section(ui, "Times and memory", all, |ui| stats::show(ui, stage));
         ui.add_space(12.0);
     });
     times_on_view

@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 /// Width of the labels, points.
 const LABEL: f32 = 96.0;
 /// Width left for a slider's number, points.
-const NUMBER: f32 = 58.0;
+const NUMBER: f32 = 66.0;
 
 /// A label and what stands beside it.
 pub(super) fn row<R>(ui: &mut Ui, label: &str, hint: &str, content: impl FnOnce(&mut Ui) -> R) -> R {
@@ -31,7 +31,15 @@ pub(super) fn row<R>(ui: &mut Ui, label: &str, hint: &str, content: impl FnOnce(
 pub(super) fn slider(ui: &mut Ui, label: &str, hint: &str, value: &mut f32, range: RangeInclusive<f32>) -> Response {
     row(ui, label, hint, |ui| {
         fit_slider(ui);
-        ui.add(Slider::new(value, range).max_decimals(3))
+        ui.add(plain(value, range).max_decimals(3))
+    })
+}
+
+/// A slider of degrees.
+pub(super) fn angle(ui: &mut Ui, label: &str, hint: &str, value: &mut f32, range: RangeInclusive<f32>) -> Response {
+    row(ui, label, hint, |ui| {
+        fit_slider(ui);
+        ui.add(plain(value, range).max_decimals(1).suffix("°"))
     })
 }
 
@@ -45,7 +53,7 @@ pub(super) fn log_slider(
 ) -> Response {
     row(ui, label, hint, |ui| {
         fit_slider(ui);
-        ui.add(Slider::new(value, range).logarithmic(true).max_decimals(3))
+        ui.add(plain(value, range).logarithmic(true).max_decimals(3))
     })
 }
 
@@ -59,7 +67,7 @@ pub(super) fn whole_slider(
 ) -> Response {
     row(ui, label, hint, |ui| {
         fit_slider(ui);
-        ui.add(Slider::new(value, range))
+        ui.add(plain(value, range))
     })
 }
 
@@ -135,6 +143,11 @@ pub(super) fn name_choice<'a>(
 /// A line of quiet text.
 pub(super) fn quiet(ui: &mut Ui, text: impl Into<String>) {
     ui.label(RichText::new(text.into()).weak().small());
+}
+
+/// A slider that rounds and clamps what the user sets, and nothing else: showing a value is no edit.
+pub(super) fn plain<Num: egui::emath::Numeric>(value: &mut Num, range: RangeInclusive<Num>) -> Slider<'_> {
+    Slider::new(value, range).clamping(egui::SliderClamping::Edits)
 }
 
 fn fit_slider(ui: &mut Ui) {

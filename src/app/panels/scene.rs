@@ -105,7 +105,13 @@ fn placement(ui: &mut Ui, model: &mut Model) {
     vector(ui, "Position", "world units", &mut model.translate, 0.01, "");
     vector(ui, "Rotation", "degrees about x, then y, then z", &mut model.rotate_deg, 0.5, "°");
     row(ui, "Scale", "uniform", |ui| {
-        ui.add(DragValue::new(&mut model.scale).speed(0.005).range(1e-4..=1e4).max_decimals(4))
+        ui.add(
+            DragValue::new(&mut model.scale)
+                .speed(0.005)
+                .range(1e-4..=1e4)
+                .clamp_existing_to_range(false)
+                .max_decimals(4),
+        )
     });
 }
 

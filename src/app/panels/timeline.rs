@@ -1,9 +1,10 @@
 //! The bar of time below the picture.
 
 use super::icons::{self, Icon};
+use super::rows::plain;
 use super::{Command, Stage};
 use crate::app::actions::{ActionId, hint};
-use egui::{RichText, Slider, Ui};
+use egui::{RichText, Ui};
 
 /// Play, pause, scrub.
 pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {
@@ -22,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {
         let duration = timeline.duration_secs;
         let label = RichText::new(format!("{phase:6.2} / {duration:.2} s")).monospace().weak();
         ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(40.0);
-        let slider = ui.add(Slider::new(&mut phase, 0.0..=duration).show_value(false));
+        let slider = ui.add(plain(&mut phase, 0.0..=duration).show_value(false));
         if slider.dragged() || slider.changed() {
             timeline.playing = false;
             timeline.time_secs = phase;

@@ -1,6 +1,6 @@
 //! What is shown: the picture or a debug view; the camera's lens.
 
-use super::rows::{row, slider};
+use super::rows::{angle, row, slider};
 use super::{Command, Stage};
 use crate::app::actions::{ACTIONS, ActionId, Group, hint};
 use crate::app::view::Mode;
@@ -37,5 +37,5 @@ pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {
         _ => {}
     }
     let fov = &mut stage.session.scene.camera.fov_deg;
-    slider(ui, "Field of view", "vertical, degrees", fov, 5.0..=110.0);
+    angle(ui, "Field of view", "vertical", fov, 5.0..=110.0);
 }
