@@ -129,6 +129,10 @@ fn end_radiance(end: End, origin: vec3f, direction: vec3f, pixel: vec2u, bent: b
     return background_from(origin, direction);
 }
 
+// An outline's smooth normal may lean away from the eye by this much (a cosine) and the surface still faces it. Let in
+// little and mirroring nothing, outlines would be black.
+const GRAZING: f32 = 0.3;
+
 // What the first surface mirrors, already weighted.
 fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f, pixel: vec2u) -> vec3f {
     let part = path.first_part - 1u;
@@ -165,7 +169,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let bent = path.first_part != 0u;
     var seen = end_radiance(end, path.place, path.direction, id.xy, bent) * transmittance * path.throughput;
     let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
-    if settings.reflect != 0u && is_glass && dot(path.first_normal, view) < 0.0 {
+    if settings.reflect != 0u && is_glass && dot(path.first_normal, view) < GRAZING {
         seen += mirrored_radiance(path, eye, view, id.xy);
     }
     textureStore(radiance, id.xy, vec4f(seen, select(1.0, 0.0, path.questionable)));
