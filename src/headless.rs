@@ -18,6 +18,9 @@ use std::path::Path;
 /// one counted, and only neighbouring stages add to it.
 const MAX_TRIES: u32 = 6;
 
+/// Of `rgba32float`, the largest that is read back.
+const FLOAT_TEXEL_BYTES: u64 = 16;
+
 /// Names of the voxelizers there are.
 #[must_use]
 pub fn methods() -> Vec<&'static str> {
@@ -58,6 +61,7 @@ pub struct Still<'a> {
 /// # Errors
 /// When the device refuses a buffer or is lost.
 pub fn render(gpu: &Gpu, frame: &mut Frame, still: &Still<'_>) -> Result<(), GpuError> {
+    check_size(gpu, still.size)?;
     let request = Request {
         scene: still.scene,
         world: still.world,
@@ -75,6 +79,23 @@ pub fn render(gpu: &Gpu, frame: &mut Frame, still: &Still<'_>) -> Result<(), Gpu
         }
     }
     Err(GpuError::Lost(format!("the volume was still too small after {MAX_TRIES} frames; choose a smaller grid")))
+}
+
+/// Refuses a picture that the device can't hold, or not hand back in one piece.
+fn check_size(gpu: &Gpu, size: UVec2) -> Result<(), GpuError> {
+    let limits = gpu.device.limits();
+    let remedy = "choose a smaller picture";
+    let (widest, most) = (u64::from(limits.max_texture_dimension_2d), limits.max_buffer_size);
+    let longest = u64::from(size.max_element());
+    if longest > widest {
+        let what = "pixels along an axis".to_owned();
+        return Err(GpuError::TooMany { what, needed: longest, allowed: widest, remedy });
+    }
+    let needed = u64::from(size.x) * u64::from(size.y) * FLOAT_TEXEL_BYTES;
+    if needed > most {
+        return Err(GpuError::Limit { what: format!("a picture of {size}"), needed, allowed: most, remedy });
+    }
+    Ok(())
 }
 
 /// Reads the picture back.

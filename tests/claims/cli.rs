@@ -120,7 +120,7 @@ fn what_cannot_be_done_is_told_once_and_exits_with_2() {
         (&["list", "chanels"], "did you mean `channels`?"),
         (&["golden", "run", "no-such"], "no-such"),
         (&["golden", "list", "--folder", "/nowhere"], "/nowhere"),
-        (&["frobnicate", "x"], "frobnicate"),
+        (&["render", "--frobnicate"], "--frobnicate"),
     ];
     for (arguments, expected) in table {
         let output = run(arguments);
@@ -154,6 +154,25 @@ fn a_reader_that_goes_away_is_no_error() {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
         assert_eq!(stderr(&output), "", "{arguments:?}");
     }
+}
+
+#[test]
+fn a_missing_driver_is_told_with_the_package_that_mends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small_scene(folder.path()).display().to_string();
+    let without_driver = |arguments: &[&str]| {
+        let nowhere = folder.path().join("no-driver.json");
+        murrine(arguments).env("VK_DRIVER_FILES", &nowhere).env("VK_ICD_FILENAMES", &nowhere).output().unwrap()
+    };
+    let out = folder.path().join("a.png").display().to_string();
+    let output = without_driver(&["render", &scene, "-o", &out]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("apt install mesa-vulkan-drivers"), "{}", stderr(&output));
+    assert_eq!(names_in(folder.path()), ["small.toml"]);
+    let doctor = without_driver(&["doctor"]);
+    assert_eq!(doctor.status.code(), Some(1));
+    assert!(stdout(&doctor).contains("FAILS      adapter: no Vulkan"), "{}", stdout(&doctor));
+    assert_eq!(without_driver(&["check", &scene]).status.code(), Some(0), "reading needs no driver");
 }
 
 #[cfg(unix)]
