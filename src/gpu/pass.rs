@@ -172,15 +172,12 @@ impl Bindings {
         for (name, _) in resources {
             assert!(self.knows(name), "pass `{}` has no resource `{name}`", self.label);
         }
-        let entries: Vec<_> = self
-            .used
-            .iter()
-            .map(|(name, binding)| {
-                let found = resources.iter().find(|(given, _)| given == name);
-                let (_, resource) =
-                    found.unwrap_or_else(|| panic!("pass `{}` needs the resource `{name}`", self.label));
-                wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() }
-            })
+        let given = |name: &str| resources.iter().find(|(given, _)| *given == name);
+        let missing = self.used.iter().find(|(name, _)| given(name).is_none());
+        assert!(missing.is_none(), "pass `{}` needs the resource {missing:?}", self.label);
+        let entries: Vec<_> = (self.used.iter())
+            .filter_map(|(name, binding)| Some((given(name)?, *binding)))
+            .map(|((_, resource), binding)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
             .collect();
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(&self.label), layout, entries: &entries })
     }
