@@ -1,6 +1,7 @@
 #include "lib/crossing.inc.wgsl"
+#include "lib/event.inc.wgsl"
 #include "lib/march_settings.inc.wgsl"
-#include "lib/path.inc.wgsl"
+#include "lib/path_store.inc.wgsl"
 #include "lib/refract.inc.wgsl"
 #include "lib/surface.inc.wgsl"
 #include "lib/surroundings.inc.wgsl"
@@ -25,107 +26,10 @@
 @group(0) @binding(11) var path_way: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(12) var path_depth: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(13) var path_first: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(14) var<storage, read_write> questionable: array<atomic<u32>>;
 
-// How many surfaces bend the ray: 0, 1 or all.
-override bends: u32 = 2u;
 // Pixels of a column that one thread takes.
 override pixels_per_thread: u32 = 8u;
-
-const VIEW: u32 = 0u;
-// A plane this many cells before a crossing counts as behind it: bodies that stand on a floor.
-const CONTACT_CELLS: f32 = 0.25;
-// A plane this many cells beyond the grid does not end the glass in it.
-const LOST_CELLS: f32 = 0.5;
-// More surfaces than this end a path, bent or not.
-const MAX_CROSSINGS: u32 = 96u;
-
-struct Ray {
-    origin: vec3f,
-    direction: vec3f,
-    t_plane: f32,           // where it meets an analytic plane
-    media: vec4u,
-    sigma: vec3f,           // of the ruling medium
-    ior: f32,
-    last_part: u32,
-    last_front: bool,
-    crossings: u32,
-}
-
-fn plane_ahead(origin: vec3f, direction: vec3f, back: f32) -> f32 {
-    return nearest_plane(origin - back * direction, direction, 1e30).t - back;
-}
-
-// What is absorbed and how far it is inside, over a stretch of t.
-fn pass_through(ray: Ray, path: ptr<function, Path>, t: f32) {
-    let stretch = select(max(t, 0.0), 0.0, all(ray.media == vec4u(0u)));
-    (*path).thickness += stretch;
-    (*path).optical_depth += ray.sigma * stretch;
-}
-
-// Moves the ray to the surface that it meets and bends it there. False where the path ends.
-fn meet(ray: ptr<function, Ray>, path: ptr<function, Path>, at: Surface, strange: bool) -> bool {
-    var r = *ray;
-    let material_flags = materials[at.part].flags;
-    pass_through(r, path, at.t);
-    let place = r.origin + at.t * r.direction;
-    if (material_flags & FLAG_OPAQUE) != 0u {
-        // The path's place and direction stay those of where it last left glass.
-        (*path).place = r.origin;
-        (*path).t_end = max(at.t, 0.0);
-        return false;
-    }
-    let is_thin = (material_flags & FLAG_THIN_WALL) != 0u;
-    (*path).questionable = (*path).questionable || (strange && !is_thin);
-
-    let entered = media_enter(r.media, at.part);
-    let left = media_leave(r.media, at.part);
-    var media = select(left, entered, at.front);
-    media = select(media, r.media, is_thin);
-    let ruling = media_ruling(media);
-    let outside = ruling == NO_PART;
-    let behind = select(ruling, at.part, outside);
-    let ior = select(materials[behind].ior, 1.0, outside);
-    let sigma = select(materials[behind].sigma, vec3f(0.0), outside || settings.absorb == 0u);
-
-    let bend = bend_at(r.direction, facing(select(-at.normal, at.normal, at.front), r.direction), r.ior / ior);
-    let optical = ior != r.ior;
-    let bends_here = optical && (*path).events < bends_limit();
-    let mirrored = bends_here && bend.total;
-    if bends_here && (*path).events >= settings.max_events {
-        (*path).questionable = true;
-        (*path).place = place;
-        return false;
-    }
-    (*path).events += u32(bends_here);
-    if optical && !bend.total && settings.reflect != 0u && (bends_here || r.crossings == 0u) {
-        (*path).throughput *= 1.0 - bend.reflectance;
-    }
-    if at.front && settings.absorb != 0u {
-        (*path).optical_depth -= log(max(materials[at.part].base_color, vec3f(1e-4)));
-    }
-    r.direction = select(r.direction, bend.direction, bends_here);
-    r.origin = place;
-    r.last_part = at.part;
-    // Seen from where the ray goes now the surface lies behind it, and would be met from this side again.
-    r.last_front = at.front != mirrored;
-    r.media = select(media, r.media, mirrored);
-    r.ior = select(ior, r.ior, mirrored);
-    r.sigma = select(sigma, r.sigma, mirrored);
-    r.crossings += 1u;
-    if all(r.media == vec4u(0u)) && !at.front {
-        (*path).left_glass = true;
-    } else {
-        (*path).left_glass = false;
-    }
-    (*path).place = place;
-    (*path).direction = r.direction;
-    *ray = r;
-    return r.crossings < MAX_CROSSINGS;
-}
-
-fn bends_limit() -> u32 {
-    return select(bends, 0xffffffffu, bends >= 2u);
-}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -152,15 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 running = true;
                 ahead = no_crossing();
                 ahead.triangle = number - 1u;
-                ray.origin = eye;
-                ray.direction = view_direction(picture_from_pixel(pixel, settings.size));
-                ray.t_plane = plane_ahead(eye, ray.direction, 0.0);
-                ray.media = vec4u(0u);
-                ray.sigma = vec3f(0.0);
-                ray.ior = 1.0;
-                ray.last_part = NO_PART;
-                ray.last_front = false;
-                ray.crossings = 0u;
+                ray = ray_from_eye(eye, view_direction(picture_from_pixel(pixel, settings.size)));
                 path = clear_path(eye, ray.direction);
             }
         }
@@ -210,28 +106,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // The walk to the next surface.
         if !ends {
             ray.t_plane = plane_ahead(ray.origin, ray.direction, contact);
-            let grid_line = grid_ray(VIEW, ray.origin, ray.direction);
             let seeker = Seeker(ray.origin, ray.direction, 1e30, ray.media, ray.last_part, ray.last_front, false);
-            var walk = walk_start(grid_line);
-            ahead = no_crossing();
-            if grid_line.s_first < grid_line.s_last {
-                loop {
-                    if !next_occupied(grid_line, &walk) {
-                        break;
-                    }
-                    ahead = voxel_crossing(VIEW, grid_line, walk, seeker);
-                    if ahead.found {
-                        break;
-                    }
-                    walk_on(grid_line, &walk);
-                }
-            }
+            ahead = first_crossing(VIEW, seeker);
             if !ahead.found {
                 ends = true;
                 // Inside still: in glass that a plane cuts, or lost where the grid ends before the plane.
                 if any(ray.media != vec4u(0u)) {
-                    let t_out = max(t_from_s(grid_line, grid_line.s_last), 0.0);
-                    let lost = ray.t_plane > t_out + LOST_CELLS * grids[VIEW].cell_size;
+                    let lost = ray.t_plane > max(ahead.t, 0.0) + LOST_CELLS * grids[VIEW].cell_size;
                     path.questionable = path.questionable || lost;
                     pass_through(ray, &path, select(ray.t_plane, 0.0, lost));
                 }
@@ -239,10 +120,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         if ends {
             running = false;
-            textureStore(path_place, pixel, path_place_texel(path));
-            textureStore(path_way, pixel, path_way_texel(path));
-            textureStore(path_depth, pixel, path_depth_texel(path));
-            textureStore(path_first, pixel, path_first_texel(path));
+            store_path(pixel, path);
         }
     }
 }

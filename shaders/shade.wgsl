@@ -1,5 +1,5 @@
-#include "lib/crossing.inc.wgsl"
 #include "lib/march_settings.inc.wgsl"
+#include "lib/opaque.inc.wgsl"
 #include "lib/path.inc.wgsl"
 #include "lib/refract.inc.wgsl"
 #include "lib/shading.inc.wgsl"
@@ -30,44 +30,22 @@
 @group(0) @binding(19) var radiance: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(20) var channel: texture_storage_2d<rgba32float, write>;
 
-// What a ray ends on.
-struct End {
-    t: f32,
-    triangle: u32,      // opaque, or NO_TRIANGLE
-    plane: u32,         // or NO_PLANE
-}
+// Whether there are opaque parts beside planes.
+override opaque_triangles: bool = true;
+// Whether there is a channel to write.
+override writes_channel: bool = true;
 
-// The nearest opaque matter along a ray that meets no more glass: planes, and the grid of opaque parts.
+// The nearest opaque matter along a ray that meets no more glass.
 fn opaque_ahead(origin: vec3f, direction: vec3f) -> End {
-    let plane = nearest_plane(origin, direction, 1e30);
-    var end = End(plane.t, NO_TRIANGLE, plane.plane);
-    let grid = surroundings.counts.z;
-    if grid < MAX_GRIDS {
-        let line = grid_ray(grid, origin, direction);
-        let seeker = Seeker(origin, direction, plane.t, vec4u(0u), NO_PART, false, true);
-        var walk = walk_start(line);
-        var hit = no_crossing();
-        if line.s_first < line.s_last {
-            loop {
-                if !next_occupied(line, &walk) {
-                    break;
-                }
-                hit = voxel_crossing(grid, line, walk, seeker);
-                if hit.found {
-                    break;
-                }
-                walk_on(line, &walk);
-            }
-        }
-        if hit.found {
-            end = End(hit.t, hit.triangle & RECORD_TRIANGLE_MASK, NO_PLANE);
-        }
+    var end = plane_end(origin, direction);
+    if opaque_triangles && surroundings.counts.z < MAX_GRIDS {
+        end = opaque_in_grid(surroundings.counts.z, origin, direction, end);
     }
     return end;
 }
 
-// Radiance of an opaque triangle at `p`, seen along `direction`.
-fn triangle_radiance(triangle: u32, p: vec3f, direction: vec3f) -> vec3f {
+// The opaque triangle at `p`.
+fn seen_triangle(triangle: u32, p: vec3f, direction: vec3f) -> Seen {
     let at = barycentric_at(triangle, p);
     let b = at.weights;
     let part = vertices[at.corner.x].part;
@@ -90,7 +68,12 @@ fn triangle_radiance(triangle: u32, p: vec3f, direction: vec3f) -> vec3f {
             emissive *= textureSampleLevel(textures, texture_sampler, uv, emissive_layer, 0.0).rgb;
         }
     }
-    return shade_surface(p, n, direction, base_color, materials[part].roughness, emissive);
+    return Seen(true, p, n, NO_PLANE, base_color, materials[part].roughness, emissive, 0.0, -1.0);
+}
+
+// Only pixels whose ray meets the volume have a path.
+fn has_path(pixel: vec2u) -> bool {
+    return settings.rasterized == 0u || textureLoad(first_triangle, pixel, 0).x != 0u;
 }
 
 // The way of a pixel's path behind its last bend.
@@ -100,7 +83,7 @@ struct Way {
 }
 
 fn way_of(pixel: vec2u, eye: vec3f) -> Way {
-    if textureLoad(first_triangle, pixel, 0).x == 0u {
+    if !has_path(pixel) {
         return Way(eye, view_direction(picture_from_pixel(pixel, settings.size)));
     }
     return Way(textureLoad(path_place, pixel, 0).xyz, unpack_direction(textureLoad(path_way, pixel, 0).xy));
@@ -118,34 +101,12 @@ fn footprint_at(plane: u32, p: vec3f, pixel: vec2u, eye: vec3f, bent: bool) -> F
                      footprint_step(plane, p, below.place, below.direction));
 }
 
-fn end_radiance(end: End, origin: vec3f, direction: vec3f, pixel: vec2u, bent: bool) -> vec3f {
-    let p = origin + end.t * direction;
-    if end.triangle != NO_TRIANGLE {
-        return triangle_radiance(end.triangle, p, direction);
-    }
-    if end.plane != NO_PLANE {
-        return shade_plane(end.plane, p, direction, footprint_at(end.plane, p, pixel, surroundings.eye, bent));
-    }
-    return background_from(origin, direction);
-}
-
-// An outline's smooth normal may lean away from the eye by this much (a cosine) and the surface still faces it. Let in
-// little and mirroring nothing, outlines would be black.
-const GRAZING: f32 = 0.3;
-
-// What the first surface mirrors, already weighted.
-fn mirrored_radiance(path: Path, eye: vec3f, direction: vec3f, pixel: vec2u) -> vec3f {
+// What the first surface mirrors of what comes along the mirrored ray.
+fn first_reflectance(path: Path, view: vec3f, n: vec3f) -> f32 {
     let part = path.first_part - 1u;
-    let n = facing(path.first_normal, direction);
-    let p = eye + path.first_t * direction;
-    let bend = bend_at(direction, n, 1.0 / materials[part].ior);
+    let once = bend_at(view, n, 1.0 / materials[part].ior).reflectance;
     // Both sides of a thin wall mirror.
-    let thin = (materials[part].flags & FLAG_THIN_WALL) != 0u;
-    let reflectance = select(bend.reflectance, 2.0 * bend.reflectance / (1.0 + bend.reflectance), thin);
-    let way = reflect(direction, n);
-    let plane = nearest_plane(p, way, 1e30);
-    let seen = end_radiance(End(plane.t, NO_TRIANGLE, plane.plane), p, way, pixel, false);
-    return reflectance * seen + specular_highlights(p, n, direction, materials[part].roughness);
+    return select(once, 2.0 * once / (1.0 + once), (materials[part].flags & FLAG_THIN_WALL) != 0u);
 }
 
 @compute @workgroup_size(8, 8)
@@ -156,24 +117,48 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let eye = surroundings.eye;
     let view = view_direction(picture_from_pixel(id.xy, settings.size));
     var path = clear_path(eye, view);
-    if textureLoad(first_triangle, id.xy, 0).x != 0u {
+    if has_path(id.xy) {
         path = path_from_texels(textureLoad(path_place, id.xy, 0), textureLoad(path_way, id.xy, 0),
                                 textureLoad(path_depth, id.xy, 0), textureLoad(path_first, id.xy, 0));
     }
-
-    var end = End(path.t_end, path.triangle, NO_PLANE);
-    if path.t_end < 0.0 {
-        end = opaque_ahead(path.place, path.direction);
-    }
-    let transmittance = exp(-path.optical_depth);
-    let bent = path.first_part != 0u;
-    var seen = end_radiance(end, path.place, path.direction, id.xy, bent) * transmittance * path.throughput;
     let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
-    if settings.reflect != 0u && is_glass && dot(path.first_normal, view) < GRAZING {
-        seen += mirrored_radiance(path, eye, view, id.xy);
+    let mirrors = settings.reflect != 0u && is_glass && dot(path.first_normal, view) < 0.0;
+    let transmittance = exp(-path.optical_depth);
+
+    // First what the path ends on, then what the first surface mirrors: two turns of one loop, so that the code is there
+    // once and a stretch of pixels without glass takes one.
+    var origin = path.place;
+    var direction = path.direction;
+    var weight = transmittance * path.throughput;
+    var end = End(path.t_end, path.triangle, NO_PLANE);
+    var out_of = direction;
+    var wider = -1.0;
+    var sum = vec3f(0.0);
+    for (var turn = 0u; turn < select(1u, 2u, mirrors); turn++) {
+        if end.t < 0.0 {
+            end = opaque_ahead(origin, direction);
+        }
+        let p = origin + end.t * direction;
+        var seen = seen_nothing(origin, out_of, wider);
+        if opaque_triangles && end.triangle != NO_TRIANGLE {
+            seen = seen_triangle(end.triangle, p, direction);
+        } else if end.plane != NO_PLANE {
+            let bent = turn == 0u && path.first_part != 0u;
+            seen = seen_plane(end.plane, p, direction, footprint_at(end.plane, p, id.xy, eye, bent));
+        }
+        sum += weight * radiance_of(seen, origin, direction);
+
+        out_of = facing(path.first_normal, view);
+        origin = eye + path.first_t * view;
+        direction = reflect(view, out_of);
+        weight = vec3f(first_reflectance(path, view, out_of));
+        wider = mirror_width(materials[max(path.first_part, 1u) - 1u].roughness);
+        end = End(-1.0, NO_TRIANGLE, NO_PLANE);
     }
-    textureStore(radiance, id.xy, vec4f(seen, select(1.0, 0.0, path.questionable)));
-    textureStore(channel, id.xy, channel_value(path, transmittance));
+    textureStore(radiance, id.xy, vec4f(sum, select(1.0, 0.0, path.questionable)));
+    if writes_channel {
+        textureStore(channel, id.xy, channel_value(path, transmittance));
+    }
 }
 
 fn channel_value(path: Path, transmittance: vec3f) -> vec4f {

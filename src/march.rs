@@ -4,9 +4,12 @@
 //!
 //! | pass          | does                                                             | writes               |
 //! | first_surface | rasterizes every triangle                                        | triangle a pixel     |
-//! | march         | follows each ray through the glass; a shader for each way to hit | [`Targets`]' path    |
+//! | march         | ours: follows each ray from crossing to crossing                 | [`Targets`]' path    |
+//! | march_voxel   | or the paper's, whole: fixed steps, a voxel's normal             | the same             |
+//! | march_two_surface | or the paper's short way: entry, and an estimated exit       | the same             |
 //! | shade         | what each path ends on, what the first surface mirrors           | radiance, channel    |
 //! | repair        | fills questionable pixels from their neighbours                  | the same             |
+//! | ground_light  | the channel of that name                                         | channel              |
 //!
 //! | paper         | here                       | meaning                                            |
 //! | P_i, T_i      | `Ray.origin`, `.direction` | where the ray was bent last, and its way from there |
@@ -18,9 +21,9 @@ mod first_surface;
 use crate::animate::{Triangles, Vertex};
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::grid::Grid;
-use crate::scene::description::{EffectSettings, Refraction};
+use crate::scene::description::{EffectSettings, Hit, Refraction};
 use crate::scene::geometry::RestVertex;
-use crate::scene::material::PartMaterial;
+use crate::scene::material::{PartMaterial, flags};
 use crate::surroundings::{LightData, PlaneData, Surroundings, SurroundingsBuffers};
 use crate::volume::{Record, Volume};
 use first_surface::FirstSurface;
@@ -82,6 +85,10 @@ crate::gpu_struct! {
         pub cos_angle_threshold: f32,
         /// A quiet NaN: WGSL has no way to write one.
         pub nan: f32,
+        /// 1 where the first surface is rasterized: pixels without one have no path.
+        pub rasterized: u32,
+        /// Padding.
+        pub _pad: u32,
     }
 }
 
@@ -108,21 +115,27 @@ struct Targets {
     path_way: wgpu::TextureView,
     path_depth: wgpu::TextureView,
     path_first: wgpu::TextureView,
-    raw_radiance: wgpu::TextureView,
-    raw_channel: wgpu::TextureView,
     radiance: wgpu::TextureView,
     channel: wgpu::TextureView,
+    /// Three numbers of workgroups, the count, the pixels; see `shaders/lib/path_store.inc.wgsl`.
+    questionable: wgpu::Buffer,
 }
 
 /// The passes.
 #[derive(Debug)]
 pub struct March {
     first_surface: FirstSurface,
-    straight: ComputePass,
-    single: ComputePass,
-    multiple: ComputePass,
-    shade: ComputePass,
-    repair: ComputePass,
+    /// By surfels: bent nowhere, at the first surface, at all.
+    surfel: [ComputePass; 3],
+    /// By voxels: the same.
+    voxel: [ComputePass; 3],
+    /// The first surface by surfels, by voxels.
+    two_surface: [ComputePass; 2],
+    /// Without and with opaque triangles; each without and with a channel.
+    shade: [[ComputePass; 2]; 2],
+    gather: ComputePass,
+    place: ComputePass,
+    ground_light: ComputePass,
     texture_sampler: wgpu::Sampler,
     /// Pixels that one thread of a march takes.
     pixels_per_thread: u32,
@@ -145,6 +158,9 @@ pub struct Input<'a> {
     pub channel: Channel,
 }
 
+/// Words of the list of questionable pixels before its pixels.
+const LIST_HEAD: u64 = 4;
+
 /// Host structs that the stage's shaders share.
 const LAYOUTS: &[crate::gpu::Layout] = &[
     Vertex::LAYOUT,
@@ -166,18 +182,25 @@ impl March {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         // A software device runs eight threads in step; a hardware one wants many threads rather than long ones.
         let pixels_per_thread = if gpu.is_software() { 16 } else { 1 };
-        let march = |bends: f64| {
-            let constants = [("bends", bends), ("pixels_per_thread", f64::from(pixels_per_thread))];
-            ComputePass::with_constants(gpu, "march.wgsl", "main", LAYOUTS, &constants)
+        let pass =
+            |shader, constants: &[(&str, f64)]| ComputePass::with_constants(gpu, shader, "main", LAYOUTS, constants);
+        let surfel =
+            |bends| pass("march.wgsl", &[("bends", bends), ("pixels_per_thread", f64::from(pixels_per_thread))]);
+        let voxel = |bends| pass("march_voxel.wgsl", &[("bends", bends)]);
+        let two_surface = |first_is_voxel| pass("march_two_surface.wgsl", &[("first_is_voxel", first_is_voxel)]);
+        let shade = |opaque_triangles, writes_channel| {
+            pass("shade.wgsl", &[("opaque_triangles", opaque_triangles), ("writes_channel", writes_channel)])
         };
         Ok(Self {
             pixels_per_thread,
             first_surface: FirstSurface::new(gpu)?,
-            straight: march(0.0)?,
-            single: march(1.0)?,
-            multiple: march(2.0)?,
-            shade: ComputePass::new(gpu, "shade.wgsl", "main", LAYOUTS)?,
-            repair: ComputePass::new(gpu, "repair.wgsl", "main", LAYOUTS)?,
+            surfel: [surfel(0.0)?, surfel(1.0)?, surfel(2.0)?],
+            voxel: [voxel(0.0)?, voxel(1.0)?, voxel(2.0)?],
+            two_surface: [two_surface(0.0)?, two_surface(1.0)?],
+            shade: [[shade(0.0, 0.0)?, shade(0.0, 1.0)?], [shade(1.0, 0.0)?, shade(1.0, 1.0)?]],
+            gather: ComputePass::new(gpu, "repair.wgsl", "gather", LAYOUTS)?,
+            place: ComputePass::new(gpu, "repair.wgsl", "place", LAYOUTS)?,
+            ground_light: pass("ground_light.wgsl", &[])?,
             texture_sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("textures"),
                 address_mode_u: wgpu::AddressMode::Repeat,
@@ -217,10 +240,14 @@ impl March {
             path_way: view(&make("path_way", Rgba32Float, stored)),
             path_depth: view(&make("path_depth", Rgba32Uint, stored)),
             path_first: view(&make("path_first", Rgba32Float, stored)),
-            raw_radiance: view(&make("raw_radiance", Rgba32Float, stored)),
-            raw_channel: view(&make("raw_channel", Rgba32Float, stored)),
             radiance: view(&radiance),
             channel: view(&channel),
+            questionable: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("questionable"),
+                size: 4 * (u64::from(size.x.max(1)) * u64::from(size.y.max(1)) + LIST_HEAD),
+                usage: buffer::STORAGE | wgpu::BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            }),
         };
         Radiance { radiance, channel, size, targets }
     }
@@ -254,36 +281,50 @@ impl March {
             ("path_way", view(&to.path_way)),
             ("path_depth", view(&to.path_depth)),
             ("path_first", view(&to.path_first)),
+            ("questionable", to.questionable.as_entire_binding()),
         ];
         let threads = [target.size.x, target.size.y, 1];
 
         self.first_surface.record(rec, triangles, surroundings, &to.first_triangle, &to.depth);
 
-        let march = match effect.refraction {
-            Refraction::None => &self.straight,
-            Refraction::Single => &self.single,
-            Refraction::TwoSurface | Refraction::MultipleSurface => &self.multiple,
+        let (bends, by_voxels) = match effect.hit {
+            Hit::Surfel => (&self.surfel, 0),
+            Hit::Voxel => (&self.voxel, 1),
         };
-        let rows = target.size.y.div_ceil(self.pixels_per_thread);
+        rec.encoder.clear_buffer(&to.questionable, 0, Some(4 * LIST_HEAD));
+        let march = match effect.refraction {
+            Refraction::None => &bends[0],
+            Refraction::Single => &bends[1],
+            Refraction::TwoSurface => &self.two_surface[by_voxels],
+            Refraction::MultipleSurface => &bends[2],
+        };
+        let takes_columns = effect.hit == Hit::Surfel && effect.refraction != Refraction::TwoSurface;
+        let rows = target.size.y.div_ceil(if takes_columns { self.pixels_per_thread } else { 1 });
         let group = march.bind_used(gpu, &resources);
         march.dispatch(&mut rec.encoder, &group, [target.size.x, rows, 1]);
 
-        let repairs = effect.fill_questionable;
-        let (radiance, channel) =
-            if repairs { (&to.raw_radiance, &to.raw_channel) } else { (&to.radiance, &to.channel) };
-        let pictures = [("radiance", view(radiance)), ("channel", view(channel))];
-        let group = self.shade.bind_used(gpu, &[&resources[..], &pictures].concat());
-        self.shade.dispatch(&mut rec.encoder, &group, threads);
+        let pictures = [("radiance", view(&to.radiance)), ("channel", view(&to.channel))];
+        let opaque_triangles = volume.grids.iter().any(|g| g.required_flags & flags::OPAQUE != 0);
+        let shade = &self.shade[usize::from(opaque_triangles)][usize::from(input.channel != Channel::Beauty)];
+        let group = shade.bind_used(gpu, &[&resources[..], &pictures].concat());
+        shade.dispatch(&mut rec.encoder, &group, threads);
 
-        if repairs {
-            let pictures = [
-                ("raw_radiance", view(&to.raw_radiance)),
-                ("raw_channel", view(&to.raw_channel)),
-                ("radiance", view(&to.radiance)),
-                ("channel", view(&to.channel)),
+        if effect.fill_questionable {
+            let seen = [
+                ("seen_radiance", view(&to.radiance)),
+                ("seen_channel", view(&to.channel)),
+                ("found_radiance", view(&to.path_place)),
+                ("found_channel", view(&to.path_way)),
             ];
-            let group = self.repair.bind_used(gpu, &[&resources[..], &pictures].concat());
-            self.repair.dispatch(&mut rec.encoder, &group, threads);
+            let group = self.gather.bind_used(gpu, &[&resources[..], &seen].concat());
+            self.gather.dispatch_indirect(&mut rec.encoder, &group, &to.questionable, 0);
+            let found = [("filled_radiance", view(&to.path_place)), ("filled_channel", view(&to.path_way))];
+            let group = self.place.bind_used(gpu, &[&resources[..], &found, &pictures].concat());
+            self.place.dispatch_indirect(&mut rec.encoder, &group, &to.questionable, 0);
+        }
+        if input.channel == Channel::GroundLight {
+            let group = self.ground_light.bind_used(gpu, &[&resources[..], &pictures].concat());
+            self.ground_light.dispatch(&mut rec.encoder, &group, threads);
         }
     }
 }
@@ -298,5 +339,7 @@ fn settings(effect: &EffectSettings, channel: Channel, size: UVec2) -> MarchSett
         channel: u32::try_from(channel).unwrap_or(0),
         cos_angle_threshold: effect.angle_threshold_deg.to_radians().cos(),
         nan: f32::NAN,
+        rasterized: u32::from(effect.hit == Hit::Surfel),
+        _pad: 0,
     }
 }

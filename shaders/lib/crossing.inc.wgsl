@@ -126,3 +126,24 @@ fn voxel_crossing(grid: u32, ray: GridRay, walk: Walk, seeker: Seeker) -> Crossi
     }
     return best;
 }
+
+// The first crossing along the ray; where there is none, `t` is where the ray leaves the grid.
+fn first_crossing(grid: u32, seeker: Seeker) -> Crossing {
+    let ray = grid_ray(grid, seeker.origin, seeker.direction);
+    var hit = no_crossing();
+    if ray.s_first < ray.s_last {
+        var walk = walk_start(ray);
+        loop {
+            if !next_occupied(ray, &walk) {
+                break;
+            }
+            hit = voxel_crossing(grid, ray, walk, seeker);
+            if hit.found {
+                break;
+            }
+            walk_on(ray, &walk);
+        }
+    }
+    hit.t = select(t_from_s(ray, ray.s_last), hit.t, hit.found);
+    return hit;
+}

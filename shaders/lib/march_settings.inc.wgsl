@@ -7,6 +7,8 @@ struct MarchSettings {
     channel: u32,               // CHANNEL_*
     cos_angle_threshold: f32,   // `hit = "voxel"`: a smaller angle between normals is the same surface again
     nan: f32,                   // a quiet NaN: the language has no way to write one
+    rasterized: u32,            // 1: the first surface is; pixels without one have no path
+    _pad: u32,
 }
 
 const CHANNEL_BEAUTY: u32 = 0u;

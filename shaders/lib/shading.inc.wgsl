@@ -158,22 +158,19 @@ fn light_arriving(light: u32, p: vec3f) -> Arriving {
     return Arriving(to_light, radiance * (cone / distance2));
 }
 
-// Radiance of the lights themselves, seen from `p` along `direction` (unit) as discs whose angular radius is `wider` than
-// their own; what stands between them and `p` dims them. A disc's radiance is its irradiance over its solid angle, so
-// that a highlight's energy does not hang on its size. Its edge is soft by a third of its radius.
-fn lights_seen(p: vec3f, n: vec3f, direction: vec3f, wider: f32) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var i = 0u; i < surroundings.counts.x; i++) {
-        let arriving = light_arriving(i, p);
-        let off = direction - arriving.to_light;    // chord: equals the angle as far as it is small
-        let radius = surroundings.lights[i].angular_radius + wider;
-        let angle = length(off) / radius;
-        if angle < 1.15 {
-            let disc = smoothstep(1.15, 0.85, angle) / (PI * radius * radius);
-            sum += arriving.irradiance * disc * light_transmittance(i, p, n);
-        }
-    }
-    return sum;
+// ---- what a ray ends on
+
+// Matter, or nothing.
+struct Seen {
+    is_matter: bool,
+    p: vec3f,               // where; where the ray comes from if there is nothing
+    normal: vec3f,          // unit, either side
+    plane: u32,             // the plane that it is, or NO_PLANE
+    base_color: vec3f,
+    roughness: f32,         // 0: matte, no lobe beside the diffuse
+    emissive: vec3f,
+    haze: f32,              // share of the background in front of it
+    wider: f32,             // nothing: by how much the lights' own discs are widened; negative where they are not seen
 }
 
 // Schlick's Fresnel term of a dielectric in air.
@@ -181,15 +178,6 @@ fn fresnel_schlick(cos_angle: f32, f0: f32) -> f32 {
     let m = clamp(1.0 - cos_angle, 0.0, 1.0);
     return f0 + (1.0 - f0) * (m * m) * (m * m) * m;
 }
-
-// The lights mirrored by a clear surface at `p` whose unit normal `n` faces the viewer; Fresnel of glass included.
-// Roughness widens and dims the highlight.
-fn specular_highlights(p: vec3f, n: vec3f, view_dir: vec3f, roughness: f32) -> vec3f {
-    let mirrored = reflect(view_dir, n);
-    return fresnel_schlick(-dot(n, view_dir), 0.04) * lights_seen(p, n, mirrored, 0.6 * roughness * roughness);
-}
-
-// ---- opaque surfaces
 
 // Broad GGX lobe of an opaque dielectric, times the cosine of the light.
 fn rough_lobe(n: vec3f, view_dir: vec3f, to_light: vec3f, roughness: f32) -> f32 {
@@ -204,61 +192,79 @@ fn rough_lobe(n: vec3f, view_dir: vec3f, to_light: vec3f, roughness: f32) -> f32
     return d * v * fresnel_schlick(max(dot(h, to_light), 0.0), 0.04) * nl;
 }
 
-// What is left of a light on plane number `plane` at `p`, its shadows soft (see `plane_light.rs`).
-fn light_on_plane(light: u32, plane: u32, p: vec3f) -> vec3f {
-    let first_layer = surroundings.lights[light].first_layer;
-    if first_layer == NO_LAYER {
-        return light_transmittance(light, p, vec3f(0.0));
-    }
-    let place = light_place(light, p, vec3f(0.0));
+// What is left of light number `light` at `p`, RGB. On plane number `plane` its shadows are soft (see `plane_light.rs`);
+// elsewhere (NO_PLANE) `n` is the normal on the side to be lit, by which a surface keeps clear of its own voxels.
+fn light_share(light: u32, p: vec3f, n: vec3f, plane: u32) -> vec3f {
+    let on_plane = plane != NO_PLANE;
+    let place = light_place(light, p, select(n, vec3f(0.0), on_plane));
     if place.grid == NO_GRID {
         return vec3f(1.0);
     }
-    let layer = first_layer + (place.grid - surroundings.lights[light].first_grid) * surroundings.counts.y + plane;
-    let cells = vec2f(grids[place.grid].cells.xy);
-    let at = clamp(place.p_grid.xy, vec2f(0.5), cells - 0.5) / vec2f(textureDimensions(plane_light));
-    return textureSampleLevel(plane_light, environment_sampler, at, layer, 0.0).rgb;
+    let first_layer = surroundings.lights[light].first_layer;
+    if on_plane && first_layer != NO_LAYER {
+        let layer = first_layer + (place.grid - surroundings.lights[light].first_grid) * surroundings.counts.y + plane;
+        let cells = vec2f(grids[place.grid].cells.xy);
+        let at = clamp(place.p_grid.xy, vec2f(0.5), cells - 0.5) / vec2f(textureDimensions(plane_light));
+        return textureSampleLevel(plane_light, environment_sampler, at, layer, 0.0).rgb;
+    }
+    let left = grid_light(place.grid, place.p, place.p_grid, light_travel(light, place.p));
+    return left.rgb * left.a;
 }
 
-// As `shade_surface`, of plane number `plane` or of what is in the lights' grids (NO_PLANE).
-fn shade(p: vec3f, normal: vec3f, plane: u32, view_dir: vec3f, base_color: vec3f, roughness: f32) -> vec3f {
-    let n = select(normal, -normal, dot(normal, view_dir) > 0.0);
+// Radiance that comes back along a ray that went along `direction` (unit) from `origin`. Matter: every light's share
+// with its shadow, the background's, and its own. Nothing: the background, and the lights as discs that what stands
+// between dims. A disc's radiance is its irradiance over its solid angle, so that a highlight's energy does not hang on its
+// size; its edge is soft by a third of its radius. One loop over the lights serves both.
+fn radiance_of(seen: Seen, origin: vec3f, direction: vec3f) -> vec3f {
+    let n = select(seen.normal, -seen.normal, dot(seen.normal, direction) > 0.0);
     var diffuse = background_irradiance(n);
-    var specular = vec3f(0.0);
+    var direct = vec3f(0.0);
     for (var i = 0u; i < surroundings.counts.x; i++) {
-        let arriving = light_arriving(i, p);
+        let arriving = light_arriving(i, seen.p);
         let cosine = dot(n, arriving.to_light);
-        if cosine > 0.0 && any(arriving.irradiance > vec3f(0.0)) {
-            var left = arriving.irradiance;
-            if plane == NO_PLANE {
-                left *= light_transmittance(i, p, n);
+        // A chord: equals the angle as far as it is small.
+        let radius = surroundings.lights[i].angular_radius + seen.wider;
+        let angle = length(direction - arriving.to_light) / radius;
+        let faces_light = cosine > 0.0;
+        let sees_light = angle < 1.15 && seen.wider >= 0.0;
+        let counts = select(sees_light, faces_light, seen.is_matter);
+        if counts && any(arriving.irradiance > vec3f(0.0)) {
+            let left = arriving.irradiance * light_share(i, seen.p, n, seen.plane);
+            if seen.is_matter {
+                diffuse += left * cosine;
+                if seen.roughness > 0.0 {
+                    direct += left * rough_lobe(n, direction, arriving.to_light, seen.roughness);
+                }
             } else {
-                left *= light_on_plane(i, plane, p);
-            }
-            diffuse += left * cosine;
-            if roughness > 0.0 {
-                specular += left * rough_lobe(n, view_dir, arriving.to_light, roughness);
+                direct += left * smoothstep(1.15, 0.85, angle) / (PI * radius * radius);
             }
         }
     }
-    return base_color / PI * diffuse + specular;
+    let background = background_from(origin, direction);
+    if seen.is_matter {
+        return mix(seen.base_color / PI * diffuse + direct + seen.emissive, background, seen.haze);
+    }
+    return background + direct;
 }
 
-// Radiance that an opaque surface at `p` sends back against `view_dir`: every light's share with its shadow, the
-// background's, and its own. `n` is unit and may face away. A roughness of 0 means matte: no lobe beside the diffuse.
-fn shade_surface(p: vec3f, n: vec3f, view_dir: vec3f, base_color: vec3f, roughness: f32, emissive: vec3f) -> vec3f {
-    return emissive + shade(p, n, NO_PLANE, view_dir, base_color, roughness);
+// Nothing, seen from `p`. `n`: the way out of what stands at `p`, zero where nothing does.
+fn seen_nothing(p: vec3f, n: vec3f, wider: f32) -> Seen {
+    return Seen(false, p, n, NO_PLANE, vec3f(0.0), 0.0, vec3f(0.0), 0.0, wider);
 }
 
-// Radiance of plane number `plane` at `p`, met by a ray along `view_dir`. Towards the edge of a large floor seen at a
-// low angle it melts into the background, as haze does to a horizon.
-fn shade_plane(plane: u32, p: vec3f, view_dir: vec3f, footprint: Footprint) -> vec3f {
+// Plane number `plane` at `p`, met by a ray along `direction`. Towards the edge of a large floor seen at a low angle it
+// melts into the background, as haze does to a horizon.
+fn seen_plane(plane: u32, p: vec3f, direction: vec3f, footprint: Footprint) -> Seen {
     let part = surroundings.planes[plane].part;
     let n = surroundings.planes[plane].normal;
-    let color = plane_base_color(plane, p, footprint);
-    let surface = materials[part].emissive + shade(p, n, plane, view_dir, color, materials[part].roughness);
-    let low = smoothstep(0.16, 0.04, abs(dot(n, view_dir)));
+    let low = smoothstep(0.16, 0.04, abs(dot(n, direction)));
     let at = (surroundings.planes[plane].local_from_world * vec4f(p, 1.0)).xz;
     let haze = low * smoothstep(0.25, 1.0, length(at));
-    return mix(surface, background_from(p, view_dir), haze);
+    let color = plane_base_color(plane, p, footprint);
+    return Seen(true, p, n, plane, color, materials[part].roughness, materials[part].emissive, haze, -1.0);
+}
+
+// By how much a mirror of this roughness widens the lights' discs.
+fn mirror_width(roughness: f32) -> f32 {
+    return 0.6 * roughness * roughness;
 }

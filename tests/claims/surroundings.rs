@@ -29,6 +29,19 @@ struct Question { origin: vec3f, what: u32, direction: vec3f, index: u32 }
 @group(0) @binding(10) var<storage, read> light_records: array<vec2u>;
 @group(0) @binding(11) var plane_light: texture_2d_array<f32>;
 
+fn floor_at(p: vec3f) -> Seen {
+    let up = vec3f(0.0, 1.0, 0.0);
+    return Seen(true, p, up, up, vec3f(0.5), 0.0, vec3f(0.0), 0.0, 0.0);
+}
+
+// What a clear mirror that faces up shows of the lights alone.
+fn mirrored_lights(p: vec3f, direction: vec3f) -> vec3f {
+    let up = vec3f(0.0, 1.0, 0.0);
+    let way = reflect(direction, up);
+    let seen = radiance_of(seen_nothing(p, up, mirrored_radius(0.0)), p, way) - background_from(p, way);
+    return fresnel_schlick(-dot(up, direction), 0.04) * seen;
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&questions) {
@@ -44,9 +57,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             answer = vec4f(hit.t, f32(i32(hit.plane)), 0.0, 0.0);
         }
         case 3u: { answer = vec4f(plane_base_color(q.index, q.origin, footprint_from_eye(q.index, q.origin)), 0.0); }
-        case 4u: { answer = vec4f(shade_surface(q.origin, vec3f(0.0, 1.0, 0.0), q.direction, vec3f(0.5), 0.0, vec3f(0.0)), 0.0); }
+        case 4u: { answer = vec4f(radiance_of(floor_at(q.origin), q.origin - q.direction, q.direction), 0.0); }
         case 5u: { answer = vec4f(light_arriving(q.index, q.origin).irradiance, 0.0); }
-        case 6u: { answer = vec4f(specular_highlights(q.origin, vec3f(0.0, 1.0, 0.0), q.direction, 0.0), 0.0); }
+        case 6u: { answer = vec4f(mirrored_lights(q.origin, q.direction), 0.0); }
         default: { answer = vec4f(view_direction(q.direction.xy), 0.0); }
     }
     answers[id.x] = answer;

@@ -1,0 +1,77 @@
+#include "lib/event.inc.wgsl"
+#include "lib/path_store.inc.wgsl"
+#include "lib/steps.inc.wgsl"
+// The paper's marcher, whole (CL §3.2.2, Eqs. 3 and 4, Figs. 6 and 7; with `bends` = 0 the walk of Fig. 3): the ray
+// starts at the camera, goes on by fixed steps of one voxel and is bent where a step ends in a boundary voxel, by that
+// voxel's normal. A boundary voxel whose normal is within the angle threshold of the last one's is the same surface
+// again (Fig. 7a). Each voxel that counts toggles whether the ray is inside its part.
+
+@group(0) @binding(0) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(1) var<storage, read> indices: array<u32>;
+@group(0) @binding(2) var<storage, read> materials: array<PartMaterial>;
+@group(0) @binding(3) var<storage, read> occupancy: array<u32>;
+@group(0) @binding(4) var<storage, read> ranks: array<u32>;
+@group(0) @binding(5) var<storage, read> records: array<Record>;
+@group(0) @binding(6) var<uniform> grids: array<Grid, MAX_GRIDS>;
+@group(0) @binding(7) var<uniform> surroundings: Surroundings;
+@group(0) @binding(8) var<uniform> settings: MarchSettings;
+@group(0) @binding(9) var path_place: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(10) var path_way: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(11) var path_depth: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(12) var path_first: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(13) var<storage, read_write> questionable: array<atomic<u32>>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= settings.size) {
+        return;
+    }
+    var ray = ray_from_eye(surroundings.eye, view_direction(picture_from_pixel(id.xy, settings.size)));
+    var path = clear_path(ray.origin, ray.direction);
+    var last_normal = vec3f(0.0);
+    loop {
+        let line = grid_ray(VIEW, ray.origin, ray.direction);
+        // From the camera the samples lie in the middle of the slices; from a bend they are whole steps away.
+        var steps = steps_from(line, select(0.0, line.s_first, ray.crossings == 0u), select(1.0, 0.5, ray.crossings == 0u));
+        var found = false;
+        var record: Record;
+        var normal = vec3f(0.0);
+        loop {
+            if !next_boundary_voxel(line, &steps) {
+                break;
+            }
+            record = record_at(VIEW, steps);
+            normal = unpack_unit(record.normal);
+            if dot(normal, last_normal) < settings.cos_angle_threshold {
+                found = true;
+                break;
+            }
+        }
+        let t = t_from_s(line, steps.s);
+        if !found || ray.t_plane < t {
+            // Left the volume: a ray that is inside still has met an odd number of surfaces (Fig. 3, line 8).
+            if any(ray.media != vec4u(0u)) {
+                path.questionable = path.questionable || ray.t_plane > 1e29;
+                pass_through(ray, &path, select(ray.t_plane, 0.0, ray.t_plane > 1e29));
+            }
+            break;
+        }
+        let part = record_part(record);
+        let enters = !media_has(ray.media, part);
+        // The surface as the toggle has it, whichever way the normal points.
+        let against = select(normal, -normal, dot(normal, ray.direction) > 0.0);
+        let at = Surface(t, select(-against, against, enters), enters, part);
+        if ray.crossings == 0u {
+            path.first_t = t;
+            path.first_normal = at.normal;
+            path.first_part = part + 1u;
+        }
+        last_normal = normal;
+        if !meet(&ray, &path, at, false) {
+            path.triangle = select(path.triangle, record.triangle & RECORD_TRIANGLE_MASK, path.t_end >= 0.0);
+            break;
+        }
+        ray.t_plane = plane_ahead(ray.origin, ray.direction, 0.0);
+    }
+    store_path(id.xy, path);
+}
