@@ -216,7 +216,7 @@ fn light_share(light: u32, p: vec3f, n: vec3f, plane: u32) -> vec3f {
 // between dims. A disc's radiance is its irradiance over its solid angle, so that a highlight's energy does not hang on its
 // size; its edge is soft by a third of its radius. One loop over the lights serves both.
 fn radiance_of(seen: Seen, origin: vec3f, direction: vec3f) -> vec3f {
-    let n = select(seen.normal, -seen.normal, dot(seen.normal, direction) > 0.0);
+    let n = select(seen.normal, -seen.normal, seen.is_matter && dot(seen.normal, direction) > 0.0);
     var diffuse = background_irradiance(n);
     var direct = vec3f(0.0);
     for (var i = 0u; i < surroundings.counts.x; i++) {

@@ -31,14 +31,14 @@ struct Question { origin: vec3f, what: u32, direction: vec3f, index: u32 }
 
 fn floor_at(p: vec3f) -> Seen {
     let up = vec3f(0.0, 1.0, 0.0);
-    return Seen(true, p, up, up, vec3f(0.5), 0.0, vec3f(0.0), 0.0, 0.0);
+    return Seen(true, p, up, NO_PLANE, vec3f(0.5), 0.0, vec3f(0.0), 0.0, -1.0);
 }
 
 // What a clear mirror that faces up shows of the lights alone.
 fn mirrored_lights(p: vec3f, direction: vec3f) -> vec3f {
     let up = vec3f(0.0, 1.0, 0.0);
     let way = reflect(direction, up);
-    let seen = radiance_of(seen_nothing(p, up, mirrored_radius(0.0)), p, way) - background_from(p, way);
+    let seen = radiance_of(seen_nothing(p, up, mirror_width(0.0)), p, way) - background_from(p, way);
     return fresnel_schlick(-dot(up, direction), 0.04) * seen;
 }
 

@@ -39,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         switch q.what {
             case 0u: { answers[id.x] = vec4f(light_absorption(q.light, q.p, q.n), 0.0); }
             case 1u: { answers[id.x] = vec4f(light_transmittance(q.light, q.p, q.n), 0.0); }
-            default: { answers[id.x] = vec4f(light_on_plane(q.light, 0u, q.p), 0.0); }
+            default: { answers[id.x] = vec4f(light_share(q.light, q.p, vec3f(0.0), 0u), 0.0); }
         }
     }
 }
