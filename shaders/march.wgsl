@@ -85,6 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             path.first_t = at.t;
             path.first_normal = at.normal;
             path.first_part = at.part + 1u;
+            path.first_front = at.front;
             if !at.front && eye_in_grid && (materials[at.part].flags & (FLAG_OPAQUE | FLAG_THIN_WALL)) == 0u {
                 // The eye is in this part's glass.
                 ray.media = media_enter(ray.media, at.part);

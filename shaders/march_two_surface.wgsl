@@ -114,6 +114,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         path.first_t = first.at.t;
         path.first_normal = first.at.normal;
         path.first_part = first.at.part + 1u;
+        path.first_front = true;
         let unbent = ray.direction;
         var at = first.at;
         at.front = true;

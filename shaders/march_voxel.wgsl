@@ -65,6 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             path.first_t = t;
             path.first_normal = at.normal;
             path.first_part = part + 1u;
+            path.first_front = true;
         }
         last_normal = normal;
         if !meet(&ray, &path, at, false) {

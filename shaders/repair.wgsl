@@ -33,7 +33,7 @@ fn listed_pixel(number: u32) -> vec2i {
 
 fn first_part(pixel: vec2i) -> f32 {
     let has_path = settings.rasterized == 0u || textureLoad(first_triangle, pixel, 0).x != 0u;
-    return select(0.0, textureLoad(path_first, pixel, 0).w, has_path);
+    return select(0.0, abs(textureLoad(path_first, pixel, 0).w), has_path);
 }
 
 @compute @workgroup_size(64)

@@ -122,7 +122,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                                 textureLoad(path_depth, id.xy, 0), textureLoad(path_first, id.xy, 0));
     }
     let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
-    let mirrors = settings.reflect != 0u && is_glass && dot(path.first_normal, view) < 0.0;
+    let mirrors = settings.reflect != 0u && is_glass && path.first_front;
     let transmittance = exp(-path.optical_depth);
 
     // First what the path ends on, then what the first surface mirrors: two turns of one loop, so that the code is there

@@ -3,7 +3,8 @@
 // path_place: last place where the path bent or left glass, world; how far on it ends on opaque matter, or −1.
 // path_way: direction there (octahedral, f32); length inside glass; what the surfaces let through, unpolarized.
 // path_depth: optical depth RGB (bits of f32); PathMarks.
-// path_first: distance of the first surface; its outward normal (octahedral, f32); its part + 1, or 0 for none.
+// path_first: distance of the first surface; its outward normal (octahedral, f32); its part + 1, or 0 for none, negative
+// where it is met from behind.
 
 struct Path {
     place: vec3f,
@@ -19,6 +20,7 @@ struct Path {
     first_t: f32,
     first_normal: vec3f,
     first_part: u32,        // part + 1 of the first surface, or 0
+    first_front: bool,      // met from its front; its smooth normal may still lean away
 }
 
 fn pack_direction(n: vec3f) -> vec2f {
@@ -47,16 +49,16 @@ fn path_depth_texel(path: Path) -> vec4u {
 }
 
 fn path_first_texel(path: Path) -> vec4f {
-    return vec4f(path.first_t, pack_direction(path.first_normal), f32(path.first_part));
+    return vec4f(path.first_t, pack_direction(path.first_normal), select(-1.0, 1.0, path.first_front) * f32(path.first_part));
 }
 
 fn path_from_texels(place: vec4f, way: vec4f, depth: vec4u, first: vec4f) -> Path {
     return Path(place.xyz, place.w, unpack_direction(way.xy), way.z, way.w, bitcast<vec3f>(depth.xyz),
                 (depth.w >> 24u) & 63u, (depth.w >> 31u) != 0u, ((depth.w >> 30u) & 1u) != 0u, depth.w & 0xffffffu,
-                first.x, unpack_direction(first.yz), u32(first.w));
+                first.x, unpack_direction(first.yz), u32(abs(first.w)), first.w > 0.0);
 }
 
 // The path of a ray that meets no triangle.
 fn clear_path(eye: vec3f, direction: vec3f) -> Path {
-    return Path(eye, -1.0, direction, 0.0, 1.0, vec3f(0.0), 0u, false, false, 0xffffffu, 0.0, vec3f(0.0, 0.0, 1.0), 0u);
+    return Path(eye, -1.0, direction, 0.0, 1.0, vec3f(0.0), 0u, false, false, 0xffffffu, 0.0, vec3f(0.0, 0.0, 1.0), 0u, false);
 }

@@ -44,12 +44,11 @@ fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
     ray.cells = vec3i(grids[grid].cells);
     ray.word_base = grids[grid].word_base;
     ray.words_per_column = grids[grid].words_per_column;
-    ray.slab = vec3f(1.0, 1.0, 0.0);
-    if grids[grid].projection == PERSPECTIVE {
-        let near = grids[grid].near;
-        let far = grids[grid].far;
-        ray.slab = vec3f(far, near, (far - near) / f32(ray.cells.z));
-    }
+    let near = grids[grid].near;
+    let far = grids[grid].far;
+    // No `if` on what is uniform alone: lavapipe would compile the pass anew at every dispatch, to fold it.
+    let slab = vec3f(far, near, (far - near) / f32(ray.cells.z));
+    ray.slab = select(vec3f(1.0, 1.0, 0.0), slab, grids[grid].projection == PERSPECTIVE);
     let cells_per_s = max(abs(ray.along.x), max(abs(ray.along.y), abs(ray.along.z)));
     ray.tolerance = grids[grid].tolerance / cells_per_s;
     let size = vec3f(ray.cells);
