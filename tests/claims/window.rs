@@ -11,6 +11,7 @@ use murrine::app::resolution::{Resolution, STEPS};
 use murrine::app::session::{Session, neighbour};
 use murrine::app::timeline::Timeline;
 use murrine::app::{fallback, loader, orbit};
+use murrine::gpu::{Recorder, Timing};
 use murrine::scene::description::{Bounds, Camera, LightKind};
 use murrine::scene::{Scene, World};
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -629,4 +630,21 @@ fn without_a_display_it_says_what_to_do_and_exits_with_2() {
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(told.contains("DISPLAY") && told.contains("murrine render"), "{told}");
+}
+
+#[test]
+fn timestamps_are_used_only_where_they_are_true() {
+    let gpu = crate::gpu();
+    let is_true = gpu.clock.is_true(gpu).unwrap();
+    assert_eq!(gpu.clock.is_true(gpu).unwrap(), is_true, "the answer changed");
+    let mut last = Vec::new();
+    for _ in 0..3 {
+        let mut rec = Recorder::new(gpu, Timing::Timestamps);
+        rec.stage("first").unwrap();
+        rec.stage("second").unwrap();
+        last = rec.finish().unwrap();
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    }
+    let names: Vec<_> = last.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, if is_true { vec!["first", "second"] } else { Vec::new() });
 }
