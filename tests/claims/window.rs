@@ -637,6 +637,9 @@ fn timestamps_are_used_only_where_they_are_true() {
     let gpu = crate::gpu();
     let is_true = gpu.clock.is_true(gpu).unwrap();
     assert_eq!(gpu.clock.is_true(gpu).unwrap(), is_true, "the answer changed");
+    if gpu.info.driver_info.contains("Mesa 22.") {
+        assert!(!is_true, "lavapipe of Mesa 22 lays a stage's time to another");
+    }
     let mut last = Vec::new();
     for _ in 0..3 {
         let mut rec = Recorder::new(gpu, Timing::Timestamps);
