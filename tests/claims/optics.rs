@@ -186,6 +186,8 @@ fn rays_are_questionable_where_they_run_out_of_events_and_hardly_ever_in_a_close
     let size = UVec2::splat(96);
     let share = |scene: &Scene| {
         let picture = render(scene, size, Channel::Questionable);
+        let agree = picture.channel.iter().zip(&picture.radiance).all(|(c, r)| (c[0] > 0.0) == (r[3] == 0.0));
+        assert!(agree, "the picture marks other rays than the channel");
         picture.channel.iter().filter(|p| p[0] > 0.0).count() as f64 / f64::from(size.x * size.y)
     };
     let closed = share(&sphere_scene(1.5, Hit::Surfel));
