@@ -161,8 +161,9 @@ impl Frame {
         if stale.march {
             rec.stage("march")?;
             let (effect, channel, plane_light) = (&scene.effect, request.channel, self.plane_light.view());
-            let input = march::Input { volume, triangles, surroundings, plane_light, effect, channel };
-            self.march.record(&mut rec, &input, &self.radiance);
+            let background = inputs.surroundings.background_kind;
+            let input = march::Input { volume, triangles, surroundings, background, plane_light, effect, channel };
+            self.march.record(&mut rec, &input, &self.radiance)?;
         }
         if stale.compose {
             rec.stage("compose")?;

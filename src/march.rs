@@ -131,14 +131,26 @@ pub struct March {
     voxel: [ComputePass; 3],
     /// The first surface by surfels, by voxels.
     two_surface: [ComputePass; 2],
-    /// Without and with opaque triangles; each without and with a channel.
-    shade: [[ComputePass; 2]; 2],
+    /// Compiled when first asked for.
+    shade: Vec<(Shading, ComputePass)>,
     gather: ComputePass,
     place: ComputePass,
     ground_light: ComputePass,
     texture_sampler: wgpu::Sampler,
     /// Pixels that one thread of a march takes.
     pixels_per_thread: u32,
+}
+
+/// What a shade pass is compiled for: code that a scene has no use for costs its time on devices that run branches as
+/// masks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Shading {
+    /// There are opaque parts beside planes.
+    opaque_triangles: bool,
+    /// A float channel is written.
+    writes_channel: bool,
+    /// [`Surroundings::background_kind`].
+    background: u32,
 }
 
 /// What the march works on.
@@ -150,6 +162,8 @@ pub struct Input<'a> {
     pub triangles: &'a Triangles,
     /// Around the volume.
     pub surroundings: &'a SurroundingsBuffers,
+    /// [`Surroundings::background_kind`] of what stands there.
+    pub background: u32,
     /// What is left of the lights on planes, [`crate::plane_light::PlaneLight::view`].
     pub plane_light: &'a wgpu::TextureView,
     /// Effect.
@@ -188,16 +202,13 @@ impl March {
             |bends| pass("march.wgsl", &[("bends", bends), ("pixels_per_thread", f64::from(pixels_per_thread))]);
         let voxel = |bends| pass("march_voxel.wgsl", &[("bends", bends)]);
         let two_surface = |first_is_voxel| pass("march_two_surface.wgsl", &[("first_is_voxel", first_is_voxel)]);
-        let shade = |opaque_triangles, writes_channel| {
-            pass("shade.wgsl", &[("opaque_triangles", opaque_triangles), ("writes_channel", writes_channel)])
-        };
         Ok(Self {
             pixels_per_thread,
             first_surface: FirstSurface::new(gpu)?,
             surfel: [surfel(0.0)?, surfel(1.0)?, surfel(2.0)?],
             voxel: [voxel(0.0)?, voxel(1.0)?, voxel(2.0)?],
             two_surface: [two_surface(0.0)?, two_surface(1.0)?],
-            shade: [[shade(0.0, 0.0)?, shade(0.0, 1.0)?], [shade(1.0, 0.0)?, shade(1.0, 1.0)?]],
+            shade: Vec::new(),
             gather: ComputePass::new(gpu, "repair.wgsl", "gather", LAYOUTS)?,
             place: ComputePass::new(gpu, "repair.wgsl", "place", LAYOUTS)?,
             ground_light: pass("ground_light.wgsl", &[])?,
@@ -252,11 +263,35 @@ impl March {
         Radiance { radiance, channel, size, targets }
     }
 
+    /// The number in `self.shade` of the pass for `shading`.
+    fn shade_pass(&mut self, gpu: &Gpu, shading: Shading) -> Result<usize, GpuError> {
+        if let Some(found) = self.shade.iter().position(|(for_what, _)| *for_what == shading) {
+            return Ok(found);
+        }
+        let constants = [
+            ("opaque_triangles", f64::from(u32::from(shading.opaque_triangles))),
+            ("writes_channel", f64::from(u32::from(shading.writes_channel))),
+            ("background", f64::from(shading.background)),
+        ];
+        let pass = ComputePass::with_constants(gpu, "shade.wgsl", "main", LAYOUTS, &constants)?;
+        self.shade.push((shading, pass));
+        Ok(self.shade.len() - 1)
+    }
+
     /// Records first surface, march and the repair of questionable rays.
-    pub fn record(&self, rec: &mut Recorder<'_>, input: &Input<'_>, target: &Radiance) {
+    ///
+    /// # Errors
+    /// When the shader of the shade pass is wrong.
+    pub fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>, target: &Radiance) -> Result<(), GpuError> {
         let Input { volume, triangles, surroundings, effect, .. } = *input;
         let gpu = rec.gpu;
         let to = &target.targets;
+        let shading = Shading {
+            opaque_triangles: volume.grids.iter().any(|g| g.required_flags & flags::OPAQUE != 0),
+            writes_channel: input.channel != Channel::Beauty,
+            background: input.background,
+        };
+        let shade = self.shade_pass(gpu, shading)?;
         let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size));
         let view = wgpu::BindingResource::TextureView;
         let resources = [
@@ -304,8 +339,7 @@ impl March {
         march.dispatch(&mut rec.encoder, &group, [target.size.x, rows, 1]);
 
         let pictures = [("radiance", view(&to.radiance)), ("channel", view(&to.channel))];
-        let opaque_triangles = volume.grids.iter().any(|g| g.required_flags & flags::OPAQUE != 0);
-        let shade = &self.shade[usize::from(opaque_triangles)][usize::from(input.channel != Channel::Beauty)];
+        let shade = &self.shade[shade].1;
         let group = shade.bind_used(gpu, &[&resources[..], &pictures].concat());
         shade.dispatch(&mut rec.encoder, &group, threads);
 
@@ -326,6 +360,7 @@ impl March {
             let group = self.ground_light.bind_used(gpu, &[&resources[..], &pictures].concat());
             self.ground_light.dispatch(&mut rec.encoder, &group, threads);
         }
+        Ok(())
     }
 }
 

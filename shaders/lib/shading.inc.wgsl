@@ -12,6 +12,11 @@
 
 const PI: f32 = 3.14159265;
 
+// The kind of background that a shader is compiled for, so that the code of the others is left out (where branches are
+// masks, all would run); or any.
+const BACKGROUND_ANY: u32 = 0xffu;
+override background: u32 = BACKGROUND_ANY;
+
 // ---- checkerboards
 
 // Share of the first colour in a box of `width` around `p`; both in squares. Exact box filter of the pattern.
@@ -28,7 +33,7 @@ fn checker_share(p: vec2f, width: vec2f) -> f32 {
 
 // Radiance of the background along `direction` (unit) from `origin`, which matters to the checkerboard alone.
 fn background_from(origin: vec3f, direction: vec3f) -> vec3f {
-    switch surroundings.background_kind {
+    switch select(background, surroundings.background_kind, background == BACKGROUND_ANY) {
         case BACKGROUND_SKY: {
             let sky = mix(surroundings.background_a.rgb, surroundings.background_b.rgb,
                           pow(max(direction.y, 0.0), surroundings.background_parameter));
