@@ -1,7 +1,7 @@
 //! Structs that host and shaders share agree by name, offset and size, in every shader that has them.
 
 use murrine::gpu::{GpuStruct, Layout, layout, shader::ShaderLibrary};
-use murrine::{animate, grid, scene, volume};
+use murrine::{animate, grid, march, scene, surroundings, volume};
 
 const SHARED: &[Layout] = &[
     grid::Grid::LAYOUT,
@@ -12,6 +12,10 @@ const SHARED: &[Layout] = &[
     scene::geometry::Influence::LAYOUT,
     scene::geometry::Morph::LAYOUT,
     scene::material::PartMaterial::LAYOUT,
+    surroundings::LightData::LAYOUT,
+    surroundings::PlaneData::LAYOUT,
+    surroundings::Surroundings::LAYOUT,
+    march::MarchSettings::LAYOUT,
 ];
 
 fn shaders() -> Vec<murrine::gpu::shader::Shader> {

@@ -33,11 +33,5 @@ use std::sync::OnceLock;
 /// The software device, opened once. A machine without one fails: no test is skipped.
 pub fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let mut g = Gpu::open(&AdapterChoice::Software).unwrap_or_else(|e| panic!("{e}"));
-        if let Ok(f) = std::env::var("SHADERS") {
-            g.shaders = murrine::gpu::shader::ShaderLibrary::Folder(f.into());
-        }
-        g
-    })
+    GPU.get_or_init(|| Gpu::open(&AdapterChoice::Software).unwrap_or_else(|e| panic!("{e}")))
 }
