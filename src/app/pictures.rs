@@ -152,6 +152,8 @@ impl Pictures {
     /// # Errors
     /// `file:line:column` of the first shader that is wrong.
     pub fn recompile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        // Those too that are compiled when first asked for: once the old stages are gone it would be too late.
+        gpu.shaders.check_all()?;
         self.frame = Frame::new(gpu)?;
         self.shown = None;
         self.failed = None;

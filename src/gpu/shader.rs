@@ -61,6 +61,17 @@ impl ShaderLibrary {
         }
     }
 
+    /// Resolves, parses and validates every shader.
+    ///
+    /// # Errors
+    /// What is wrong with the first that is wrong.
+    pub fn check_all(&self) -> Result<(), GpuError> {
+        for name in self.names()?.iter().filter(|name| !name.ends_with(".inc.wgsl")) {
+            self.load(name)?;
+        }
+        Ok(())
+    }
+
     /// Resolves, parses and validates the shader `name`.
     ///
     /// # Errors
