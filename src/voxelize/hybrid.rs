@@ -12,9 +12,7 @@
 //!
 //! Differs: the area is seen along z, which is what either half's time goes with here; see `fragment_parallel`.
 //! Promises: exact, 26- or 6-separating. Costs: as `triangle-parallel` on small triangles, as `fragment-parallel` on
-//! large ones, and an empty draw when there are none: 0.3 ms on lavapipe. There, on two busy cores, least of 60 runs in ms
-//! (hybrid / triangle-parallel): 70k small triangles 3.8 / 3.3 at 128³; 200 large ones 3.4 / 3.0 at 128³, 9.1 / 7.8 at
-//! 256³; fragments alone took 170, 4.2 and 14.7.
+//! large ones, and an empty draw when there are none. Figures beside both halves: `docs/measurements.md`.
 
 use super::raster::{Draw, Raster};
 use super::variant::{Variant, Variants};
