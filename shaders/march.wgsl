@@ -37,8 +37,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let eye_cell = grid_from_world(grids[VIEW], eye);
     let eye_in_grid = all(eye_cell > vec3f(0.0)) && all(eye_cell < vec3f(grids[VIEW].cells));
     let contact = CONTACT_CELLS * grids[VIEW].cell_size;
-    let row_first = id.y * pixels_per_thread;
-    let row_last = select(row_first, min(row_first + pixels_per_thread, settings.size.y), id.x < settings.size.x);
+    let row_first = settings.rows.x + id.y * pixels_per_thread;
+    let row_last = select(row_first, min(row_first + pixels_per_thread, settings.rows.y), id.x < settings.size.x);
     var row = row_first;
 
     var running = false;

@@ -104,12 +104,13 @@ fn thickness_along(origin: vec3f, direction: vec3f, part: u32) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= settings.size) {
+    let pixel = vec2u(id.x, settings.rows.x + id.y);
+    if pixel.x >= settings.size.x || pixel.y >= settings.rows.y {
         return;
     }
-    var ray = ray_from_eye(surroundings.eye, view_direction(picture_from_pixel(id.xy, settings.size)));
+    var ray = ray_from_eye(surroundings.eye, view_direction(picture_from_pixel(pixel, settings.size)));
     var path = clear_path(ray.origin, ray.direction);
-    let first = first_surface(id.xy, ray);
+    let first = first_surface(pixel, ray);
     if first.found && first.at.t <= ray.t_plane {
         path.first_t = first.at.t;
         path.first_normal = first.at.normal;
@@ -130,5 +131,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             meet(&ray, &path, Surface(abs(thickness), outward, false, at.part), false);
         }
     }
-    store_path(id.xy, path);
+    store_path(pixel, path);
 }

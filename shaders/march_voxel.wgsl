@@ -23,10 +23,11 @@
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= settings.size) {
+    let pixel = vec2u(id.x, settings.rows.x + id.y);
+    if pixel.x >= settings.size.x || pixel.y >= settings.rows.y {
         return;
     }
-    var ray = ray_from_eye(surroundings.eye, view_direction(picture_from_pixel(id.xy, settings.size)));
+    var ray = ray_from_eye(surroundings.eye, view_direction(picture_from_pixel(pixel, settings.size)));
     var path = clear_path(ray.origin, ray.direction);
     var last_normal = vec3f(0.0);
     loop {
@@ -74,5 +75,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         ray.t_plane = plane_ahead(ray.origin, ray.direction, 0.0);
     }
-    store_path(id.xy, path);
+    store_path(pixel, path);
 }

@@ -112,15 +112,16 @@ fn first_reflectance(path: Path, view: vec3f, n: vec3f) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= settings.size) {
+    let pixel = vec2u(id.x, settings.rows.x + id.y);
+    if pixel.x >= settings.size.x || pixel.y >= settings.rows.y {
         return;
     }
     let eye = surroundings.eye;
-    let view = view_direction(picture_from_pixel(id.xy, settings.size));
+    let view = view_direction(picture_from_pixel(pixel, settings.size));
     var path = clear_path(eye, view);
-    if has_path(id.xy) {
-        path = path_from_texels(textureLoad(path_place, id.xy, 0), textureLoad(path_way, id.xy, 0),
-                                textureLoad(path_depth, id.xy, 0), textureLoad(path_first, id.xy, 0));
+    if has_path(pixel) {
+        path = path_from_texels(textureLoad(path_place, pixel, 0), textureLoad(path_way, pixel, 0),
+                                textureLoad(path_depth, pixel, 0), textureLoad(path_first, pixel, 0));
     }
     let is_glass = path.first_part != 0u && (materials[path.first_part - 1u].flags & FLAG_OPAQUE) == 0u;
     let mirrors = settings.reflect != 0u && is_glass && path.first_front;
@@ -146,7 +147,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             seen = seen_triangle(end.triangle, p, direction);
         } else if end.plane != NO_PLANE {
             let bent = turn == 0u && path.first_part != 0u;
-            seen = seen_plane(end.plane, p, direction, footprint_at(end.plane, p, id.xy, eye, bent));
+            seen = seen_plane(end.plane, p, direction, footprint_at(end.plane, p, pixel, eye, bent));
         }
         sum += weight * radiance_of(seen, origin, direction);
 
@@ -157,9 +158,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         wider = mirror_width(materials[max(path.first_part, 1u) - 1u].roughness);
         end = End(-1.0, NO_TRIANGLE, NO_PLANE);
     }
-    textureStore(radiance, id.xy, vec4f(sum, select(1.0, 0.0, path.questionable)));
+    textureStore(radiance, pixel, vec4f(sum, select(1.0, 0.0, path.questionable)));
     if writes_channel {
-        textureStore(channel, id.xy, channel_value(path, transmittance));
+        textureStore(channel, pixel, channel_value(path, transmittance));
     }
 }
 

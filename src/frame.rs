@@ -20,6 +20,7 @@ use crate::volume::Volume;
 use crate::voxel_cameras::VoxelCameras;
 use crate::voxelize::{self, Voxelizer};
 use glam::UVec2;
+use std::ops::Range;
 
 /// What is to be shown.
 #[derive(Debug, Clone, Copy)]
@@ -60,6 +61,8 @@ pub struct Frame {
     radiance: Radiance,
     picture: wgpu::Texture,
     last: Option<Inputs>,
+    /// Rows of the picture that are still to be marched.
+    rows_left: Range<u32>,
     warnings: Vec<String>,
 }
 
@@ -86,6 +89,7 @@ impl Frame {
             march,
             compose,
             last: None,
+            rows_left: 0..0,
             warnings: Vec::new(),
         })
     }
@@ -95,6 +99,15 @@ impl Frame {
     /// # Errors
     /// When the device refuses a buffer, or is lost. The last good picture stays.
     pub fn render(&mut self, gpu: &Gpu, request: &Request<'_>) -> Result<StageTimes, GpuError> {
+        self.render_part(gpu, request, u32::MAX)
+    }
+
+    /// As [`Frame::render`], but marches no more than `most_rows` rows of the picture (at least [`march::ROWS`]). The
+    /// same request again marches the next ones, another one starts anew; the picture changes once [`Frame::is_whole`].
+    ///
+    /// # Errors
+    /// As [`Frame::render`].
+    pub fn render_part(&mut self, gpu: &Gpu, request: &Request<'_>, most_rows: u32) -> Result<StageTimes, GpuError> {
         let Request { scene, world, .. } = *request;
         let mut rec = Recorder::new(gpu, request.timing);
         rec.stage("scene")?;
@@ -159,14 +172,22 @@ impl Frame {
             self.plane_light.record(&mut rec, volume, triangles, (&inputs.surroundings, surroundings))?;
         }
         if stale.march {
+            self.rows_left = 0..self.radiance.size.y;
+        }
+        let rows = march::take_rows(&mut self.rows_left, most_rows);
+        if !rows.is_empty() {
             rec.stage("march")?;
             let (effect, channel, plane_light) = (&scene.effect, request.channel, self.plane_light.view());
             let background = inputs.surroundings.background_kind;
             let input = march::Input { volume, triangles, surroundings, background, plane_light, effect, channel };
-            self.march.record(&mut rec, &input, &self.radiance)?;
+            self.march.record(&mut rec, &input, &self.radiance, rows.clone())?;
         }
-        if stale.compose {
+        if self.rows_left.is_empty() && (stale.compose || !rows.is_empty()) {
             rec.stage("compose")?;
+            let picture_size = request.picture_size.max(UVec2::ONE);
+            if UVec2::new(self.picture.width(), self.picture.height()) != picture_size {
+                self.picture = self.compose.target(gpu, picture_size);
+            }
             let (radiance, materials, view) = (&self.radiance, &triangles.materials, request.view);
             let channel = request.channel;
             let input =
@@ -206,10 +227,6 @@ impl Frame {
             self.radiance = self.march.target(gpu, request.size.max(UVec2::ONE));
             stale.march = true;
         }
-        let picture_size = request.picture_size.max(UVec2::ONE);
-        if UVec2::new(self.picture.width(), self.picture.height()) != picture_size {
-            self.picture = self.compose.target(gpu, picture_size);
-        }
         stale.compose |= stale.march;
         Ok(())
     }
@@ -217,6 +234,12 @@ impl Frame {
     /// Forgets the last frame, so that the next one runs every stage: for timing them.
     pub fn forget(&mut self) {
         self.last = None;
+    }
+
+    /// False while rows of the last request's picture are still to be marched; the picture is then an earlier one.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.rows_left.is_empty()
     }
 
     /// True once the last frame had room for every record; else render again ([`Volume::fit`] grows).

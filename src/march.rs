@@ -28,6 +28,7 @@ use crate::surroundings::{LightData, PlaneData, Surroundings, SurroundingsBuffer
 use crate::volume::{Record, Volume};
 use first_surface::FirstSurface;
 use glam::UVec2;
+use std::ops::Range;
 
 /// What the float channel of a frame holds; see the design's "Float channels".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -73,6 +74,8 @@ crate::gpu_struct! {
     pub struct MarchSettings {
         /// Pixels.
         pub size: UVec2,
+        /// The rows to march: the first, and the one behind the last.
+        pub rows: UVec2,
         /// The most refractions and internal reflections of a path.
         pub max_events: u32,
         /// 1 where media absorb.
@@ -171,6 +174,9 @@ pub struct Input<'a> {
     /// Which float channel to write.
     pub channel: Channel,
 }
+
+/// A part of the march is a multiple of so many rows: `shade` looks at the paths of the rows beside its own.
+pub const ROWS: u32 = 8;
 
 /// Words of the list of questionable pixels before its pixels.
 const LIST_HEAD: u64 = 4;
@@ -278,21 +284,29 @@ impl March {
         Ok(self.shade.len() - 1)
     }
 
-    /// Records first surface, march and the repair of questionable rays.
+    /// Records the march of some rows: the first surface with the first of them, the repair of questionable rays with
+    /// the last. Rows may be marched in any number of parts, from the top, each a multiple of [`ROWS`] but the last.
     ///
     /// # Errors
     /// When the shader of the shade pass is wrong.
-    pub fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>, target: &Radiance) -> Result<(), GpuError> {
+    pub fn record(
+        &mut self,
+        rec: &mut Recorder<'_>,
+        input: &Input<'_>,
+        target: &Radiance,
+        rows: Range<u32>,
+    ) -> Result<(), GpuError> {
         let Input { volume, triangles, surroundings, effect, .. } = *input;
         let gpu = rec.gpu;
         let to = &target.targets;
+        let rows_len = rows.end.saturating_sub(rows.start);
         let shading = Shading {
             opaque_triangles: volume.grids.iter().any(|g| g.required_flags & flags::OPAQUE != 0),
             writes_channel: input.channel != Channel::Beauty,
             background: input.background,
         };
         let shade = self.shade_pass(gpu, shading)?;
-        let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size));
+        let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size, &rows));
         let view = wgpu::BindingResource::TextureView;
         let resources = [
             ("vertices", triangles.vertices.as_entire_binding()),
@@ -318,15 +332,15 @@ impl March {
             ("path_first", view(&to.path_first)),
             ("questionable", to.questionable.as_entire_binding()),
         ];
-        let threads = [target.size.x, target.size.y, 1];
-
-        self.first_surface.record(rec, triangles, surroundings, &to.first_triangle, &to.depth);
+        if rows.start == 0 {
+            self.first_surface.record(rec, triangles, surroundings, &to.first_triangle, &to.depth);
+            rec.encoder.clear_buffer(&to.questionable, 0, Some(4 * LIST_HEAD));
+        }
 
         let (bends, by_voxels) = match effect.hit {
             Hit::Surfel => (&self.surfel, 0),
             Hit::Voxel => (&self.voxel, 1),
         };
-        rec.encoder.clear_buffer(&to.questionable, 0, Some(4 * LIST_HEAD));
         let march = match effect.refraction {
             Refraction::None => &bends[0],
             Refraction::Single => &bends[1],
@@ -334,15 +348,18 @@ impl March {
             Refraction::MultipleSurface => &bends[2],
         };
         let takes_columns = effect.hit == Hit::Surfel && effect.refraction != Refraction::TwoSurface;
-        let rows = target.size.y.div_ceil(if takes_columns { self.pixels_per_thread } else { 1 });
+        let threads_down = rows_len.div_ceil(if takes_columns { self.pixels_per_thread } else { 1 });
         let group = march.bind_used(gpu, &resources);
-        march.dispatch(&mut rec.encoder, &group, [target.size.x, rows, 1]);
+        march.dispatch(&mut rec.encoder, &group, [target.size.x, threads_down, 1]);
 
         let pictures = [("radiance", view(&to.radiance)), ("channel", view(&to.channel))];
         let shade = &self.shade[shade].1;
         let group = shade.bind_used(gpu, &[&resources[..], &pictures].concat());
-        shade.dispatch(&mut rec.encoder, &group, threads);
+        shade.dispatch(&mut rec.encoder, &group, [target.size.x, rows_len, 1]);
 
+        if rows.end < target.size.y {
+            return Ok(());
+        }
         if effect.fill_questionable {
             let seen = [
                 ("seen_radiance", view(&to.radiance)),
@@ -358,16 +375,26 @@ impl March {
         }
         if input.channel == Channel::GroundLight {
             let group = self.ground_light.bind_used(gpu, &[&resources[..], &pictures].concat());
-            self.ground_light.dispatch(&mut rec.encoder, &group, threads);
+            self.ground_light.dispatch(&mut rec.encoder, &group, [target.size.x, target.size.y, 1]);
         }
         Ok(())
     }
 }
 
-fn settings(effect: &EffectSettings, channel: Channel, size: UVec2) -> MarchSettings {
+/// Takes the next rows to march, about `most`, off the top of those that are left.
+pub fn take_rows(left: &mut Range<u32>, most: u32) -> Range<u32> {
+    let most = (most / ROWS).max(1) * ROWS;
+    let next = left.start.saturating_add(most).min(left.end);
+    let taken = left.start..next;
+    left.start = next;
+    taken
+}
+
+fn settings(effect: &EffectSettings, channel: Channel, size: UVec2, rows: &Range<u32>) -> MarchSettings {
     let channel = Channel::ALL.iter().position(|(c, ..)| *c == channel).unwrap_or(0);
     MarchSettings {
         size,
+        rows: UVec2::new(rows.start, rows.end),
         max_events: effect.max_events.clamp(1, 32),
         absorb: u32::from(effect.transmittance),
         reflect: u32::from(effect.reflection),

@@ -1,6 +1,7 @@
 // What every pass of the stage `march` is told.
 struct MarchSettings {
     size: vec2u,                // pixels
+    rows: vec2u,                // to march now: the first, and the one behind the last; whole multiples of 8 but for the end
     max_events: u32,
     absorb: u32,                // 1: media absorb
     reflect: u32,               // 1: surfaces mirror

@@ -15,6 +15,7 @@ mod layouts;
 mod light;
 mod models;
 mod optics;
+mod parts;
 mod probe;
 mod scene_files;
 mod scene_fuzz;
