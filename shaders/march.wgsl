@@ -4,6 +4,7 @@
 #include "lib/path_store.inc.wgsl"
 #include "lib/refract.inc.wgsl"
 #include "lib/surface.inc.wgsl"
+#include "lib/neighbors.inc.wgsl"
 #include "lib/surroundings.inc.wgsl"
 // Follows each pixel's ray through the glass: bent at every surface (CL §3.2.2, Eq. 4), at the first alone, or nowhere
 // (CL §3.3). The first surface is rasterized; the others are where the ray crosses the planes of the grid's records.
@@ -26,7 +27,13 @@
 @group(0) @binding(11) var path_way: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(12) var path_depth: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(13) var path_first: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(15) var<storage, read> neighbors: array<u32>;
 @group(0) @binding(14) var<storage, read_write> questionable: array<atomic<u32>>;
+
+// Cells by which a surface may lie off its record's plane: as far as the record's triangle goes on beyond its edges, and
+// where the ray meets a triangle beside it.
+const PLANE_SLACK_CELLS: f32 = 0.3;
+const TRIANGLE_SLACK_CELLS: f32 = 1.5;
 
 // Pixels of a column that one thread takes.
 override pixels_per_thread: u32 = 8u;
@@ -67,10 +74,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // The event.
         let is_first = ray.crossings == 0u;
         let orphan = (ahead.triangle & RECORD_ORPHAN) != 0u;
-        let slack = 0.3 * grids[VIEW].cell_size;
+        let met = triangle_met(ahead.triangle & RECORD_TRIANGLE_MASK, ray.origin, ray.direction, is_first || orphan);
+        let slack = select(PLANE_SLACK_CELLS, TRIANGLE_SLACK_CELLS, met.inside) * grids[VIEW].cell_size;
         let t_near = select(ahead.t, 1.0, is_first);
         let t_far = select(ahead.t, 0.0, is_first);
-        var at = surface_at(ahead.triangle & RECORD_TRIANGLE_MASK, ray.origin, ray.direction, t_near, t_far,
+        var at = surface_at(met.triangle, ray.origin, ray.direction, t_near, t_far,
                             select(slack, 0.0, is_first));
         if !is_first {
             at.part = ahead.part;

@@ -2,12 +2,15 @@
 //!
 //! What a scene shows is uploaded once; a frame uploads matrices, morph weights and deformers, nothing else.
 
+mod neighbors;
+
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::scene::deform::Deformation;
 use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Texture};
 use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
+use neighbors::neighbors;
 use std::f64::consts::TAU;
 
 crate::gpu_struct! {
@@ -84,6 +87,8 @@ crate::gpu_struct! {
 pub const MAX_DEFORMERS: usize = 64;
 /// Triangle numbers have 24 bits in winners' keys and in records.
 pub const MAX_TRIANGLES: usize = 1 << 24;
+/// No triangle, in [`Triangles::neighbors`] and in the shaders.
+pub const NO_TRIANGLE: u32 = 0x00ff_ffff;
 /// Part numbers have 12 bits in records.
 pub const MAX_PARTS: usize = 1 << 12;
 
@@ -107,6 +112,8 @@ pub struct Triangles {
     pub materials: wgpu::Buffer,
     /// Pictures of opaque parts, `texture_2d_array`, one layer each.
     pub textures: wgpu::TextureView,
+    /// `array<u32>`, three a triangle: those beyond the edges opposite its corners, or [`NO_TRIANGLE`].
+    pub neighbors: wgpu::Buffer,
     /// Number of vertices.
     pub vertex_count: u32,
     /// Number of triangles.
@@ -163,7 +170,8 @@ impl Animate {
     /// When the model is larger than the device's bindings, or than numbers in records have bits for.
     pub fn upload(&mut self, gpu: &Gpu, world: &World) -> Result<Triangles, GpuError> {
         let joined = Joined::of(world)?.with_something_to_bind();
-        let mut triangles = Triangles::still(gpu, &joined.vertices, &joined.triangles, &[])?;
+        let place = |v: u32| (joined.vertices[v as usize].part, joined.rest_vertices[v as usize].position);
+        let mut triangles = Triangles::placed(gpu, &joined.vertices, &joined.triangles, &[], place)?;
         triangles.rest_vertices = buffer::storage_with(gpu, "rest_vertices", &joined.rest_vertices)?;
         triangles.materials =
             buffer::storage(gpu, "materials", (world.parts.len().max(1) * size_of::<PartMaterial>()) as u64)?;
@@ -259,6 +267,18 @@ impl Triangles {
         triangles: &[[u32; 3]],
         materials: &[PartMaterial],
     ) -> Result<Self, GpuError> {
+        let place = |v: u32| (vertices[v as usize].part, vertices[v as usize].position);
+        Self::placed(gpu, vertices, triangles, materials, place)
+    }
+
+    /// As [`Triangles::still`]; `place` tells a vertex's part and the position by which triangles are neighbours.
+    fn placed(
+        gpu: &Gpu,
+        vertices: &[Vertex],
+        triangles: &[[u32; 3]],
+        materials: &[PartMaterial],
+        place: impl Fn(u32) -> (u32, Vec3),
+    ) -> Result<Self, GpuError> {
         if triangles.len() > MAX_TRIANGLES {
             return Err(too_many("triangles", triangles.len(), MAX_TRIANGLES));
         }
@@ -274,6 +294,7 @@ impl Triangles {
             rest_vertices: buffer::storage(gpu, "rest_vertices", size_of_val(vertices) as u64)?,
             materials: buffer::storage_with(gpu, "materials", materials)?,
             textures: texture_array(gpu, &[])?,
+            neighbors: filled("neighbors", bytemuck::cast_slice(&neighbors(triangles, vertices.len(), place)))?,
             vertex_count: u32_of(vertices.len()),
             triangle_count: u32_of(triangles.len()),
             part_flags: Vec::new(),

@@ -312,6 +312,7 @@ impl March {
             ("vertices", triangles.vertices.as_entire_binding()),
             ("indices", triangles.indices.as_entire_binding()),
             ("rest_vertices", triangles.rest_vertices.as_entire_binding()),
+            ("neighbors", triangles.neighbors.as_entire_binding()),
             ("materials", triangles.materials.as_entire_binding()),
             ("textures", view(&triangles.textures)),
             ("plane_light", view(input.plane_light)),

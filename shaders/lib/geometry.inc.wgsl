@@ -33,3 +33,5 @@ const FLAG_OPAQUE: u32 = 1u;
 const FLAG_THIN_WALL: u32 = 2u;
 const FLAG_FLAT: u32 = 4u;
 const FLAG_PLANE: u32 = 8u;
+
+const NO_TRIANGLE: u32 = 0xffffffu;

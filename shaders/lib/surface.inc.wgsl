@@ -3,7 +3,7 @@
 //
 // Bind as: var<storage, read> vertices: array<Vertex>; var<storage, read> indices: array<u32>;
 
-const NO_TRIANGLE: u32 = 0xffffffu;
+
 
 struct Surface {
     t: f32,

@@ -13,6 +13,7 @@ mod grids;
 mod layering;
 mod layouts;
 mod light;
+mod mesh_rays;
 mod models;
 mod optics;
 mod parts;
