@@ -1,7 +1,7 @@
 //! The window: shows a scene, plays it, lets everything about it be changed.
 //!
 //! [`session`] is what is open and what is done to it; [`panels`] show and change it; [`pictures`] keeps one frame in
-//! flight at a [`resolution`] that holds the frame time; [`painter`] puts it on the screen; [`shell`] is the event loop
+//! flight at a [`resolution`] that holds the frame time, and the sharp one in [`parts`]; [`painter`] puts it on the screen; [`shell`] is the event loop
 //! that holds them together. [`actions`] is the one table of what the window can be told to do.
 
 pub mod actions;
@@ -12,6 +12,7 @@ pub mod notices;
 pub mod orbit;
 pub mod painter;
 pub mod panels;
+pub mod parts;
 pub mod pictures;
 pub mod resolution;
 pub mod screenshot;

@@ -1,6 +1,7 @@
 //! Keeps one frame in flight: asks for a picture when something changed, at a resolution that holds the frame time, and
-//! for a sharp one when things have come to rest.
+//! for a sharp one when things have come to rest. That one is marched in [`Parts`]: an input in between ends it.
 
+use super::parts::Parts;
 use super::resolution::Resolution;
 use super::session::Session;
 use crate::compose::DebugView;
@@ -12,14 +13,8 @@ use glam::UVec2;
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
-/// A moving frame should take this long, milliseconds.
-const TARGET_MS: f64 = 40.0;
 /// After this long without a change the picture is made sharp.
 const REST: Duration = Duration::from_millis(150);
-/// A sharp picture that takes longer than [`SLOW_MS`] waits this long: whoever pauses for a moment goes on at once.
-const LONG_REST: Duration = Duration::from_millis(450);
-/// See [`LONG_REST`].
-const SLOW_MS: f64 = 400.0;
 
 /// All that decides what a picture shows, except its resolution.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +79,7 @@ struct Flight {
 pub struct Pictures {
     frame: Frame,
     resolution: Resolution,
+    parts: Parts,
     waiter: Sender<()>,
     flight: Option<Flight>,
     shown: Option<(Content, UVec2)>,
@@ -136,7 +132,8 @@ impl Pictures {
             .map_err(|e| GpuError::Lost(format!("no thread to wait for it: {e}")))?;
         Ok(Self {
             frame,
-            resolution: Resolution::new(TARGET_MS),
+            resolution: Resolution::default(),
+            parts: Parts::whole(),
             waiter,
             flight: None,
             shown: None,
@@ -184,10 +181,19 @@ impl Pictures {
         self.flight.is_some()
     }
 
+    /// True when the picture is half marched: [`Pictures::advance`] goes on with it, or drops it if something changed.
+    #[must_use]
+    pub fn is_between_parts(&self) -> bool {
+        !self.is_in_flight() && !self.frame.is_whole()
+    }
+
     /// True when the picture stands at full resolution and nothing is under way.
     #[must_use]
     pub fn is_sharp(&self) -> bool {
-        !self.is_in_flight() && !self.again && self.shown.as_ref().is_some_and(|(c, size)| *size == c.full)
+        !self.is_in_flight()
+            && self.frame.is_whole()
+            && !self.again
+            && self.shown.as_ref().is_some_and(|(c, size)| *size == c.full)
     }
 
     /// Starts a frame if the picture is not what it should be. `full` is the size of the picture's place, pixels.
@@ -211,11 +217,13 @@ impl Pictures {
         if !same {
             self.changed_at = Instant::now();
         }
+        let goes_on = same && !self.frame.is_whole() && !self.again && !wish.measure;
+        let stands = same && !goes_on && !self.again && !wish.measure;
         let size = match shown {
-            Some((_, size)) if same && *size == full && !self.again && !wish.measure => return Ok(Next::AtRest),
+            Some((_, size)) if stands && *size == full => return Ok(Next::AtRest),
             _ if wish.sharp => full,
-            Some(_) if same && !self.again && !wish.measure => {
-                let due = self.changed_at + self.rest_before(full);
+            Some(_) if stands => {
+                let due = self.changed_at + REST;
                 if Instant::now() < due {
                     return Ok(Next::SharpenAt(due));
                 }
@@ -224,6 +232,10 @@ impl Pictures {
             Some((_, size)) if same => *size,
             _ => self.resolution.moving_size(full),
         };
+        if !goes_on {
+            let in_parts = (stands || wish.sharp) && !wish.measure;
+            self.parts = if in_parts { Parts::of(full, self.resolution.march_ms(full)) } else { Parts::whole() };
+        }
         let known_world = shown.is_some_and(|(c, _)| {
             c.world_number == session.world_number && c.scene.voxelizer.method == session.scene.voxelizer.method
         });
@@ -241,7 +253,8 @@ impl Pictures {
     fn render(&mut self, gpu: &Gpu, session: &Session, order: &Order) -> Result<(), GpuError> {
         let timing = match order.wish {
             Wish { measure: true, .. } => Timing::Submit,
-            Wish { timestamps: true, .. } => Timing::Timestamps,
+            // Those of a part would say little.
+            Wish { timestamps: true, .. } if self.parts.rows() == u32::MAX => Timing::Timestamps,
             _ => Timing::Off,
         };
         if order.wish.measure {
@@ -258,7 +271,7 @@ impl Pictures {
             view: order.view,
             timing,
         };
-        let stages = self.frame.render(gpu, &request)?;
+        let stages = self.frame.render_part(gpu, &request, self.parts.rows())?;
         self.again = false;
         self.failed = None;
         if !stages.is_empty() {
@@ -275,14 +288,20 @@ impl Pictures {
     /// The device has finished the frame in flight.
     pub fn finished(&mut self, gpu: &Gpu) {
         let Some(flight) = self.flight.take() else { return };
-        let frame_ms = flight.started.elapsed().as_secs_f64() * 1e3;
+        let part_ms = flight.started.elapsed().as_secs_f64() * 1e3;
+        self.parts.measured(part_ms);
+        let has_room = self.frame.had_room(gpu);
+        self.again = !has_room;
+        if !self.frame.is_whole() {
+            tracing::debug!(part_ms, record_ms = flight.record_ms, rows = self.parts.rows(), "part");
+            return;
+        }
+        let frame_ms = self.parts.spent_ms();
         let count = self.measured.count + 1;
         let stages = std::mem::take(&mut self.measured.stages);
         let Flight { record_ms, size, full, typical, .. } = flight;
         tracing::debug!(frame_ms, record_ms, %size, "frame");
         self.measured = Measured { frame_ms, record_ms, stages, size, full, count };
-        let has_room = self.frame.had_room(gpu);
-        self.again = !has_room;
         if typical && has_room {
             self.resolution.measured(full, size, frame_ms);
         }
@@ -292,10 +311,6 @@ impl Pictures {
     pub fn give_up(&mut self, session: &Session, full: UVec2) {
         self.failed = Some(Content::of(session, full));
         self.again = false;
-    }
-
-    fn rest_before(&self, full: UVec2) -> Duration {
-        if self.resolution.expected_ms(full) > SLOW_MS { LONG_REST } else { REST }
     }
 }
 

@@ -1,4 +1,8 @@
-//! Chooses the internal resolution while things move, so that a frame takes about as long as it should.
+//! Chooses the internal resolution while things move, between what is sharp and what is smooth.
+//!
+//! Up to [`GOOD_SCALE`] of the full side sharpness counts more: a frame may take [`SLOWEST_MS`]. Beyond it smoothness
+//! does: a finer picture must keep within [`SMOOTH_MS`]. So a fast device shows every pixel at 25 frames a second and
+//! more, and a slow one some nine good pictures a second rather than twenty bad ones.
 //!
 //! A frame's time is taken as `fixed + per_pixel · pixels`: animating and voxelizing don't depend on the picture's
 //! size, so that a naive ratio would shrink the picture in vain. Both are estimated from the frames measured, the older
@@ -6,22 +10,27 @@
 
 use glam::UVec2;
 
+/// The longest that a frame should take, milliseconds; with what painting takes, eight to ten frames a second.
+pub const SLOWEST_MS: f64 = 95.0;
+/// A frame that takes no longer moves smoothly, milliseconds.
+pub const SMOOTH_MS: f64 = 40.0;
+/// Fraction of the full side from which a moving picture is good enough for smoothness to count more.
+pub const GOOD_SCALE: f32 = 0.5;
 /// Fractions of the full side, coarse to fine, each with about √2 times the pixels of the one before.
 pub const STEPS: &[f32] = &[0.15, 0.18, 0.21, 0.25, 0.30, 0.35, 0.42, 0.50, 0.59, 0.71, 0.84, 1.0];
 /// No picture is smaller than this on its longer side, unless the full one is.
 const FEWEST_PIXELS: u32 = 224;
 /// How much of an older frame's weight is left when a new one comes.
 const FORGET: f64 = 0.85;
-/// Longer than this many targets: the picture shrinks at once.
+/// Longer than this many times what is allowed: the picture shrinks at once.
 const TOO_LONG: f64 = 1.15;
-/// Shorter than this many targets for [`CALM_FRAMES`]: it grows by a step.
-const SHORT: f64 = 0.85;
+/// A step finer would be shorter than this many times what is allowed, for [`CALM_FRAMES`]: it grows by that step.
+const SHORT: f64 = 0.9;
 /// Frames in a row that must be short.
 const CALM_FRAMES: u32 = 4;
-/// Where the fixed part alone takes too long, the pixels still get this share of the target, and
-const PIXEL_SHARE: f64 = 0.4;
-/// this share of the fixed part: less would cost much sharpness and gain little time.
-const FIXED_SHARE: f64 = 0.5;
+/// The pixels of a picture that is not good yet may take this share of what its other work takes, however long that is:
+/// less would cost much sharpness and gain little time.
+const PIXEL_SHARE: f64 = 0.6;
 /// The share of a frame's time laid to its pixels until frames of two sizes have been measured.
 const FIRST_SHARE: f64 = 0.6;
 /// The least share that is believed, whatever the estimate says: a scene that changes while the size does misleads it.
@@ -30,7 +39,6 @@ const LEAST_SHARE: f64 = 0.2;
 /// The controller.
 #[derive(Debug, Clone)]
 pub struct Resolution {
-    target_ms: f64,
     step: usize,
     calm: u32,
     per_pixel_ms: Option<f64>,
@@ -38,20 +46,15 @@ pub struct Resolution {
     sums: [f64; 5],
 }
 
+impl Default for Resolution {
+    /// Starts at a good size.
+    fn default() -> Self {
+        let step = STEPS.iter().position(|s| *s >= GOOD_SCALE).unwrap_or(0);
+        Self { step, calm: 0, per_pixel_ms: None, sums: [0.0; 5] }
+    }
+}
+
 impl Resolution {
-    /// A controller that aims at `target_ms` a frame and starts at half the side.
-    #[must_use]
-    pub fn new(target_ms: f64) -> Self {
-        let half = STEPS.iter().position(|s| *s >= 0.5).unwrap_or(0);
-        Self { target_ms, step: half, calm: 0, per_pixel_ms: None, sums: [0.0; 5] }
-    }
-
-    /// Milliseconds a frame that it aims at.
-    #[must_use]
-    pub fn target_ms(&self) -> f64 {
-        self.target_ms
-    }
-
     /// Fraction of the full side that moving pictures have now.
     #[must_use]
     pub fn scale(&self) -> f32 {
@@ -64,11 +67,10 @@ impl Resolution {
         size_at(full, self.step)
     }
 
-    /// What a frame of `size` is expected to take, milliseconds; 0 before the first is measured.
+    /// What marching `size` pixels is expected to take, milliseconds; 0 before the first frame is measured.
     #[must_use]
-    pub fn expected_ms(&self, size: UVec2) -> f64 {
-        let (fixed, per_pixel) = self.line();
-        fixed + per_pixel * pixels(size)
+    pub fn march_ms(&self, size: UVec2) -> f64 {
+        self.line().1 * pixels(size)
     }
 
     /// Takes in a moving frame of `size` that took `ms`, out of a `full` size, and chooses the next one's.
@@ -90,12 +92,17 @@ impl Resolution {
 
     fn choose(&mut self, full: UVec2) {
         let (fixed, per_pixel) = self.line();
-        let allowed = (self.target_ms - fixed).max(self.target_ms * PIXEL_SHARE).max(fixed * FIXED_SHARE);
-        let cost = |step: usize| per_pixel * pixels(size_at(full, step));
-        if cost(self.step) > allowed * TOO_LONG {
-            self.step = (0..self.step).rev().find(|s| cost(*s) <= allowed).unwrap_or(0);
+        // Time over what is allowed, of a picture of this step.
+        let excess = |step: usize| {
+            let cost = per_pixel * pixels(size_at(full, step));
+            let smooth = STEPS[step] > GOOD_SCALE;
+            let allowed = if smooth { SMOOTH_MS } else { SLOWEST_MS.max(fixed * (1.0 + PIXEL_SHARE)) };
+            (fixed + cost) / allowed
+        };
+        if excess(self.step) > TOO_LONG {
+            self.step = (0..self.step).rev().find(|s| excess(*s) <= 1.0).unwrap_or(0);
             self.calm = 0;
-        } else if self.step + 1 < STEPS.len() && cost(self.step + 1) < allowed * SHORT {
+        } else if self.step + 1 < STEPS.len() && excess(self.step + 1) < SHORT {
             self.calm += 1;
             if self.calm >= CALM_FRAMES {
                 self.step += 1;

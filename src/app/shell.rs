@@ -81,6 +81,8 @@ pub fn run(options: Options) -> Result<(), AppError> {
         job_number: 0,
         opened: None,
         redraw_at: None,
+        redraw_waits: false,
+        place: UVec2::ZERO,
         last_tick: None,
         wish: Wish::default(),
         shot: false,
@@ -111,6 +113,10 @@ struct Shell {
     job_number: u64,
     opened: Option<Opened>,
     redraw_at: Option<Instant>,
+    /// A painting was asked for while the device worked.
+    redraw_waits: bool,
+    /// Size of the picture's place at the last painting, pixels.
+    place: UVec2,
     /// When time was last advanced, while it runs.
     last_tick: Option<Instant>,
     wish: Wish,
@@ -154,7 +160,7 @@ impl ApplicationHandler<Event> for Shell {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
         match event {
             Event::Loaded(answer) => self.receive(*answer),
-            Event::FrameDone(result) => self.frame_done(event_loop, result),
+            Event::FrameDone(result) => return self.frame_done(event_loop, result),
             Event::Changed(Change::Scene) => self.files_changed(),
             Event::Changed(Change::Shader) => self.shaders_changed(),
             Event::Complaint(text) => {
@@ -214,8 +220,10 @@ impl Shell {
     /// Asks for a painting; one that comes while the device works is put off until the frame is done, since it would
     /// only wait for it.
     fn redraw(&mut self) {
-        if let Some(opened) = self.opened.as_ref().filter(|o| !o.pictures.is_in_flight()) {
-            opened.window.request_redraw();
+        match &self.opened {
+            Some(opened) if opened.pictures.is_in_flight() => self.redraw_waits = true,
+            Some(opened) => opened.window.request_redraw(),
+            None => {}
         }
     }
 
@@ -228,17 +236,22 @@ impl Shell {
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
         let Some(opened) = &mut self.opened else { return };
         let size = opened.size();
-        if opened.pictures.is_in_flight() || size.min_element() == 0 || opened.window.is_minimized() == Some(true) {
+        if opened.pictures.is_in_flight() {
+            self.redraw_waits = true;
+            return;
+        }
+        self.redraw_waits = false;
+        if size.min_element() == 0 || opened.window.is_minimized() == Some(true) {
             return;
         }
         opened.painter.resize(size);
         self.tick();
-        let place = match self.paint(event_loop) {
-            Ok(place) => place,
+        match self.paint(event_loop) {
+            Ok(place) => self.place = place,
             Err(error) => return self.fail(event_loop, error),
-        };
-        if let Err(error) = self.advance(place) {
-            self.frame_failed(event_loop, &error, place);
+        }
+        if let Err(error) = self.advance(self.place) {
+            self.frame_failed(event_loop, &error);
         }
         self.name_window();
         self.painted += 1;
@@ -334,6 +347,13 @@ impl Shell {
         match result.map_err(GpuError::Lost) {
             Ok(()) => {
                 opened.pictures.finished(&opened.gpu);
+                if opened.pictures.is_between_parts() && !self.redraw_waits {
+                    // Nobody wants anything: on with the sharp picture.
+                    if let Err(error) = self.advance(self.place) {
+                        self.frame_failed(event_loop, &error);
+                    }
+                    return;
+                }
                 let warnings = opened.pictures.frame().warnings().to_vec();
                 if opened.pictures.measured().count == 1 {
                     tracing::info!(ms = self.started.elapsed().as_millis(), "the first picture is there");
@@ -341,12 +361,13 @@ impl Shell {
                 self.session.notices.set(Topic::FrameWarnings, Severity::Warning, warnings);
                 self.session.notices.clear(Topic::Frame);
             }
-            Err(error) => self.frame_failed(event_loop, &error, UVec2::ZERO),
+            Err(error) => self.frame_failed(event_loop, &error),
         }
+        self.redraw();
     }
 
     /// Tells, and keeps the last good picture; a lost device is opened again.
-    fn frame_failed(&mut self, event_loop: &ActiveEventLoop, error: &GpuError, place: UVec2) {
+    fn frame_failed(&mut self, event_loop: &ActiveEventLoop, error: &GpuError) {
         tracing::debug!("{error}");
         self.session.notices.tell(Topic::Frame, Severity::Error, error.to_string());
         let Some(opened) = &mut self.opened else { return };
@@ -361,7 +382,7 @@ impl Shell {
                 self.fail(event_loop, error);
             }
         } else {
-            opened.pictures.give_up(&self.session, place);
+            opened.pictures.give_up(&self.session, self.place);
             self.shot = false;
             self.redraw_after(Duration::ZERO);
         }
