@@ -4,6 +4,7 @@
 #include "lib/refract.inc.wgsl"
 #include "lib/shading.inc.wgsl"
 #include "lib/surface.inc.wgsl"
+#include "lib/texel.inc.wgsl"
 // What each pixel's path ends on, what its first surface mirrors, and the float channel.
 
 @group(0) @binding(0) var<storage, read> vertices: array<Vertex>;
@@ -58,17 +59,26 @@ fn seen_triangle(triangle: u32, p: vec3f, direction: vec3f) -> Seen {
     var emissive = materials[part].emissive;
     let color_layer = materials[part].base_color_layer;
     let emissive_layer = materials[part].emissive_layer;
-    if max(color_layer, emissive_layer) >= 0 {
-        let uv = b.x * vec2f(rest_vertices[at.corner.x].u, rest_vertices[at.corner.x].v)
-            + b.y * vec2f(rest_vertices[at.corner.y].u, rest_vertices[at.corner.y].v)
-            + b.z * vec2f(rest_vertices[at.corner.z].u, rest_vertices[at.corner.z].v);
+    let flags = materials[part].flags;
+    if max(color_layer, emissive_layer) >= 0 || (flags & FLAG_VERTEX_COLOR) != 0u {
+        let uv0 = vec2f(rest_vertices[at.corner.x].u, rest_vertices[at.corner.x].v);
+        let uv1 = vec2f(rest_vertices[at.corner.y].u, rest_vertices[at.corner.y].v);
+        let uv2 = vec2f(rest_vertices[at.corner.z].u, rest_vertices[at.corner.z].v);
+        if (flags & FLAG_VERTEX_COLOR) != 0u {
+            let color = b.x * color_from_uv(uv0) + b.y * color_from_uv(uv1) + b.z * color_from_uv(uv2);
+            base_color *= max(color, vec3f(0.0));
+        }
+        let uv = b.x * uv0 + b.y * uv1 + b.z * uv2;
         if color_layer >= 0 {
-            base_color *= textureSampleLevel(textures, texture_sampler, uv, color_layer, 0.0).rgb;
+            base_color *= texel(color_layer, uv, (flags >> BASE_COLOR_SAMPLING_SHIFT) & SAMPLING_MASK);
         }
         if emissive_layer >= 0 {
-            emissive *= textureSampleLevel(textures, texture_sampler, uv, emissive_layer, 0.0).rgb;
+            emissive *= texel(emissive_layer, uv, (flags >> EMISSIVE_SAMPLING_SHIFT) & SAMPLING_MASK);
         }
     }
+    let unlit = (flags & FLAG_UNLIT) != 0u;
+    emissive = select(emissive, base_color, unlit);
+    base_color = select(base_color, vec3f(0.0), unlit);
     return Seen(true, p, n, NO_PLANE, base_color, materials[part].roughness, emissive, 0.0, -1.0);
 }
 

@@ -6,7 +6,7 @@ mod neighbors;
 
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::scene::deform::Deformation;
-use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Texture};
+use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Sampling, Texture};
 use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
@@ -120,6 +120,8 @@ pub struct Triangles {
     pub triangle_count: u32,
     /// For each part, those of [`flags`] that its geometry sets.
     part_flags: Vec<u32>,
+    /// For each layer of `textures`, how it is laid on.
+    samplings: Vec<Sampling>,
     /// What moves them; none for triangles that were made in place.
     motion: Option<Motion>,
 }
@@ -175,7 +177,9 @@ impl Animate {
         triangles.rest_vertices = buffer::storage_with(gpu, "rest_vertices", &joined.rest_vertices)?;
         triangles.materials =
             buffer::storage(gpu, "materials", (world.parts.len().max(1) * size_of::<PartMaterial>()) as u64)?;
-        triangles.textures = texture_array(gpu, &world.textures())?;
+        let pictures = world.textures();
+        triangles.textures = texture_array(gpu, &pictures)?;
+        triangles.samplings = pictures.iter().map(|p| p.sampling).collect();
         triangles.part_flags = joined.part_flags;
 
         let matrices = buffer::storage(gpu, "matrices", (joined.matrix_count * size_of::<Mat4>()) as u64)?;
@@ -251,7 +255,8 @@ impl Animate {
 
     /// Writes each part's material; called when one changed.
     pub fn write_materials(&self, gpu: &Gpu, triangles: &Triangles, materials: &[Material]) {
-        let packed: Vec<_> = materials.iter().zip(&triangles.part_flags).map(|(m, f)| packed_material(m, *f)).collect();
+        let of_parts = materials.iter().zip(&triangles.part_flags);
+        let packed: Vec<_> = of_parts.map(|(m, f)| packed_material(m, *f, &triangles.samplings)).collect();
         gpu.queue.write_buffer(&triangles.materials, 0, bytemuck::cast_slice(&packed));
     }
 }
@@ -298,6 +303,7 @@ impl Triangles {
             vertex_count: u32_of(vertices.len()),
             triangle_count: u32_of(triangles.len()),
             part_flags: Vec::new(),
+            samplings: Vec::new(),
             motion: None,
         })
     }
@@ -398,7 +404,8 @@ impl Joined {
             });
             let flat = if part.flat { flags::FLAT } else { 0 };
             let plane = if part.plane_half.is_some() { flags::PLANE } else { 0 };
-            self.part_flags.push(flat | plane);
+            let colors = if part.vertex_colors { flags::VERTEX_COLOR } else { 0 };
+            self.part_flags.push(flat | plane | colors);
             self.weight_count += part.morph_count as usize;
             for v in part.vertices.clone() {
                 self.vertices[(first_vertex + v) as usize].part = number;
@@ -425,15 +432,19 @@ fn outward(geometry: &Geometry, [a, b, c]: [u32; 3]) -> [u32; 3] {
     if area.dot(va.normal + vb.normal + vc.normal) < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-fn packed_material(material: &Material, of_part: u32) -> PartMaterial {
+fn packed_material(material: &Material, of_part: u32, samplings: &[Sampling]) -> PartMaterial {
+    let sampling = |texture: Option<u32>| texture.and_then(|t| samplings.get(t as usize)).map_or(0, |s| s.bits());
+    let sampled = sampling(material.base_color_texture) << flags::BASE_COLOR_SAMPLING_SHIFT
+        | sampling(material.emissive_texture) << flags::EMISSIVE_SAMPLING_SHIFT;
     let layer = |texture: Option<u32>| texture.and_then(|t| i32::try_from(t).ok()).unwrap_or(-1);
     let opaque = if material.opaque { flags::OPAQUE } else { 0 };
     let thin_wall = if material.thin_wall { flags::THIN_WALL } else { 0 };
+    let unlit = if material.unlit { flags::UNLIT } else { 0 };
     PartMaterial {
         sigma: material.sigma,
         ior: material.ior,
         base_color: material.base_color,
-        flags: of_part | opaque | thin_wall,
+        flags: of_part | opaque | thin_wall | unlit | sampled,
         emissive: material.emissive,
         roughness: material.roughness,
         dispersion: material.dispersion,
@@ -499,10 +510,15 @@ fn resized_srgb(picture: &Texture, side: u32) -> Vec<u8> {
     });
     let whole = image::Rgba32FImage::from_raw(picture.width, picture.height, texels.collect());
     let Some(whole) = whole else { return vec![255; side as usize * side as usize * 4] };
+    let filter = if picture.sampling.nearest {
+        image::imageops::FilterType::Nearest
+    } else {
+        image::imageops::FilterType::Triangle
+    };
     let resized = if picture.width == side && picture.height == side {
         whole
     } else {
-        image::imageops::resize(&whole, side, side, image::imageops::FilterType::Triangle)
+        image::imageops::resize(&whole, side, side, filter)
     };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 255")]
     let coded = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;

@@ -33,5 +33,9 @@ const FLAG_OPAQUE: u32 = 1u;
 const FLAG_THIN_WALL: u32 = 2u;
 const FLAG_FLAT: u32 = 4u;
 const FLAG_PLANE: u32 = 8u;
+const FLAG_VERTEX_COLOR: u32 = 16u;
+const FLAG_UNLIT: u32 = 32u;
+const BASE_COLOR_SAMPLING_SHIFT: u32 = 8u;
+const EMISSIVE_SAMPLING_SHIFT: u32 = 16u;
 
 const NO_TRIANGLE: u32 = 0xffffffu;

@@ -29,6 +29,14 @@ crate::gpu_struct! {
     }
 }
 
+/// A vertex's linear colour in the room of its texture coordinate, 12 bits a component: the first two in `u`, the third
+/// in `v`, as whole numbers that a float holds exactly. `color_from_uv` in `shaders/lib/texel.inc.wgsl` is its inverse.
+#[must_use]
+pub fn uv_from_color(color: Vec3) -> (f32, f32) {
+    let steps = (color.clamp(Vec3::ZERO, Vec3::ONE) * 4095.0).round();
+    (steps.x * 4096.0 + steps.y, steps.z)
+}
+
 /// One model's triangles and all that can move or colour them.
 #[derive(Debug, Clone, Default)]
 pub struct Geometry {
@@ -81,6 +89,8 @@ pub struct Part {
     pub node: u32,
     /// Normals are the triangles' own at each pose; vertices are not shared between triangles.
     pub flat: bool,
+    /// Vertices carry colours in place of texture coordinates: [`uv_from_color`].
+    pub vertex_colors: bool,
     /// As the file says.
     pub material: Material,
     /// The material of each variant, where it differs.
@@ -145,4 +155,36 @@ pub struct Texture {
     pub rgba8: Vec<u8>,
     /// Stored with the sRGB curve.
     pub srgb: bool,
+    /// How it is laid on.
+    pub sampling: Sampling,
+}
+
+/// How a picture goes on beyond its edges and between its texels: a glTF sampler.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sampling {
+    /// Beyond the edges, across and down.
+    pub wrap: [Wrap; 2],
+    /// The nearest texel alone; else neighbours blend.
+    pub nearest: bool,
+}
+
+/// How a picture goes on beyond its edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// Again, every second time mirrored.
+    Mirror,
+    /// As its edge.
+    Clamp,
+}
+
+impl Sampling {
+    /// Five bits as shaders see them, 0 for the default: two for each wrap, one for the nearest texel. See
+    /// `shaders/lib/texel.inc.wgsl`.
+    #[must_use]
+    pub const fn bits(self) -> u32 {
+        self.wrap[0] as u32 | (self.wrap[1] as u32) << 2 | (self.nearest as u32) << 4
+    }
 }

@@ -24,6 +24,8 @@ pub struct Material {
     pub priority: i32,
     /// Linear radiance given off.
     pub emissive: Vec3,
+    /// An opaque part that gives off its base colour, whatever the light.
+    pub unlit: bool,
     /// Index into the world's textures.
     pub base_color_texture: Option<u32>,
     /// Index into the world's textures.
@@ -46,6 +48,7 @@ impl Default for Material {
             thin_wall: false,
             priority: 0,
             emissive: Vec3::ZERO,
+            unlit: false,
             base_color_texture: None,
             emissive_texture: None,
             checker_color: Vec3::ZERO,
@@ -120,6 +123,14 @@ pub mod flags {
     pub const FLAT: u32 = 4;
     /// An analytic plane: not voxelized, met exactly.
     pub const PLANE: u32 = 8;
+    /// Vertices carry colours in place of texture coordinates.
+    pub const VERTEX_COLOR: u32 = 16;
+    /// Gives off its base colour, whatever the light.
+    pub const UNLIT: u32 = 32;
+    /// From here on five bits: the base colour picture's [`Sampling::bits`](crate::scene::geometry::Sampling::bits).
+    pub const BASE_COLOR_SAMPLING_SHIFT: u32 = 8;
+    /// From here on five bits: the emissive picture's.
+    pub const EMISSIVE_SAMPLING_SHIFT: u32 = 16;
 }
 
 crate::gpu_struct! {

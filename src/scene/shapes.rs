@@ -190,6 +190,7 @@ impl Mesh {
                 morph_count: 0,
                 node: 0,
                 flat: false,
+                vertex_colors: false,
                 material,
                 variant_materials: Vec::new(),
                 plane_half,

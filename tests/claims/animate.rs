@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, UVec4, Vec3, Vec4};
 use murrine::animate::{Animate, Triangles, Vertex};
 use murrine::gpu::{Recorder, Timing, buffer};
 use murrine::scene::description::{Deformer, Model, Scene, Shape, Source};
-use murrine::scene::geometry::{Geometry, Influence, MatrixSource, Morph, Texture};
+use murrine::scene::geometry::{Geometry, Influence, MatrixSource, Morph, Sampling, Texture};
 use murrine::scene::material::{PartMaterial, flags};
 use murrine::scene::pose::{Pose, pose_vertices};
 use murrine::scene::{World, shapes};
@@ -207,7 +207,7 @@ fn pictures_of_any_size_become_layers_of_one_array_in_linear_light() {
     let mut model = (*world.models[1]).clone();
     let picture = |width: u32, height: u32, srgb: bool, texel: fn(u32) -> u8| {
         let rgba8 = (0..width * height).flat_map(|i| [texel(i), texel(i), texel(i), 255]).collect();
-        Texture { width, height, rgba8, srgb }
+        Texture { width, height, rgba8, srgb, sampling: Sampling::default() }
     };
     let stripes = |i: u32| if i.is_multiple_of(2) { 0 } else { 255 };
     model.textures = vec![picture(2048, 2, true, stripes), picture(3, 5, true, |_| 188), picture(8, 8, false, |_| 51)];

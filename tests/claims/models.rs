@@ -8,5 +8,7 @@ mod hostile;
 mod layouts;
 mod maker;
 mod materials;
+mod pictures;
+
 mod rigs;
 mod shapes;

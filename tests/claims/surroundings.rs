@@ -94,6 +94,7 @@ fn world_with_plane() -> (World, Vec<Material>) {
         morph_count: 0,
         node: 0,
         flat: true,
+        vertex_colors: false,
         material: Material::default(),
         variant_materials: Vec::new(),
         plane_half: Some(4.0),

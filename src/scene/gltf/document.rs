@@ -20,6 +20,7 @@ pub(super) struct Document {
     pub(super) animations: Vec<Animation>,
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
+    pub(super) samplers: Vec<TextureSampler>,
     pub(super) images: Vec<Image>,
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
@@ -102,6 +103,8 @@ pub(super) struct Attributes {
     pub(super) uv0: Option<usize>,
     #[serde(rename = "TEXCOORD_1")]
     pub(super) uv1: Option<usize>,
+    #[serde(rename = "COLOR_0")]
+    pub(super) color0: Option<usize>,
     #[serde(rename = "JOINTS_0")]
     pub(super) joints0: Option<usize>,
     #[serde(rename = "WEIGHTS_0")]
@@ -213,12 +216,15 @@ pub(super) struct MaterialExtensions {
     pub(super) dispersion: Option<Dispersion>,
     #[serde(rename = "KHR_materials_emissive_strength")]
     pub(super) emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_unlit")]
+    pub(super) unlit: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Transmission {
     pub(super) transmission_factor: f32,
+    pub(super) transmission_texture: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -277,6 +283,16 @@ pub(super) struct TextureTransform {
 #[serde(default)]
 pub(super) struct Texture {
     pub(super) source: Option<usize>,
+    pub(super) sampler: Option<usize>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct TextureSampler {
+    pub(super) mag_filter: Option<u32>,
+    pub(super) min_filter: Option<u32>,
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -1,33 +1,18 @@
-//! Materials and their pictures.
+//! Materials: what glTF says of a surface, as far as it is shown here (`docs/gltf.md`).
 
 use super::Report;
 use super::accessor::Accessors;
 use super::container::Container;
 use super::document::{self, Document, TextureInfo};
-use crate::scene::geometry::Texture;
+use super::pictures::Pictures;
 use crate::scene::material::{Material, sigma_from_attenuation};
 use glam::{Affine2, Vec2, Vec3};
-use std::collections::BTreeMap;
 
-/// The most texels along a side that a picture keeps.
-const MAX_SIDE: u32 = 1024;
-/// The most texels along a side that are decoded at all.
-const MAX_DECODED_SIDE: u32 = 8192;
-/// The most pictures.
-const MAX_PICTURES: usize = 256;
-/// The most texels that are decoded in all.
-const MAX_DECODED_TEXELS: u64 = 1 << 29;
-
-/// Makes materials, and decodes each picture once, when the first opaque material needs it.
+/// Makes materials, with their pictures.
 pub(super) struct Materials<'r, 'a> {
     document: &'a Document,
-    accessors: &'r Accessors<'a>,
-    container: &'r Container<'a>,
-    /// By image and alpha cut-off: the place in `textures`, or `None` where it can't be decoded.
-    decoded: BTreeMap<(usize, Option<u8>), Option<u32>>,
-    texels_left: u64,
     /// What was decoded.
-    pub(super) textures: Vec<Texture>,
+    pub(super) pictures: Pictures<'r, 'a>,
 }
 
 /// Which texture coordinates a material uses, and how they are turned.
@@ -41,45 +26,59 @@ pub(super) struct UvUse {
 
 impl<'r, 'a> Materials<'r, 'a> {
     pub(super) fn new(document: &'a Document, accessors: &'r Accessors<'a>, container: &'r Container<'a>) -> Self {
-        let (decoded, textures) = (BTreeMap::new(), Vec::new());
-        Self { document, accessors, container, decoded, texels_left: MAX_DECODED_TEXELS, textures }
+        Self { document, pictures: Pictures::new(document, accessors, container) }
     }
 
-    /// A material of the document; `None` is glTF's default, white and opaque.
-    pub(super) fn material(&mut self, index: Option<usize>, report: &mut Report) -> Result<Material, String> {
+    /// A material of the document; `None` is glTF's default, white and opaque. It is laid on with the coordinates of
+    /// `uv_use`.
+    pub(super) fn material(
+        &mut self,
+        index: Option<usize>,
+        uv_use: Option<&UvUse>,
+        report: &mut Report,
+    ) -> Result<Material, String> {
         let default = document::Material::default();
         let source = match index {
             Some(i) => self.source(i)?,
             None => &default,
         };
         let mut material = plain(source);
-        if material.opaque {
-            let cutoff =
-                (source.alpha_mode.as_deref() == Some("MASK")).then(|| byte(source.alpha_cutoff.unwrap_or(0.5)));
-            if let Some(info) = &source.pbr_metallic_roughness.base_color_texture {
-                material.base_color_texture = self.texture(info, cutoff, report);
+        warn_of_what_is_not_shown(source, &material, report);
+        let color_info = source.pbr_metallic_roughness.base_color_texture.as_ref();
+        if !material.opaque {
+            // Light picks the tint up wherever it enters; one colour serves shadows, mirrors and bends alike.
+            if let Some(mean) = color_info.and_then(|info| self.pictures.mean(info, report)) {
+                material.base_color *= mean;
             }
-            if let Some(info) = source.emissive_texture.as_ref().filter(|_| material.emissive != Vec3::ZERO) {
-                material.emissive_texture = self.texture(info, None, report);
+            return Ok(material);
+        }
+        let mut laid_on = |info: &TextureInfo, cutoff: Option<u8>| {
+            if Some(&uv_use_of(info)) != uv_use {
+                report.warn(
+                    "a part's pictures use different texture coordinates; those that differ from the base colour's are \
+                     left out"
+                        .to_owned(),
+                );
+                return None;
             }
+            self.pictures.texture(info, cutoff, report)
+        };
+        let masked = source.alpha_mode.as_deref() == Some("MASK");
+        let cutoff = masked.then(|| byte(source.alpha_cutoff.unwrap_or(0.5)));
+        material.base_color_texture = color_info.and_then(|info| laid_on(info, cutoff));
+        if let Some(info) = source.emissive_texture.as_ref().filter(|_| material.emissive != Vec3::ZERO) {
+            material.emissive_texture = laid_on(info, None);
         }
         Ok(material)
     }
 
-    /// The texture coordinates that a material's pictures want: the base colour's, else the emissive's.
-    pub(super) fn uv_use(&self, index: Option<usize>) -> Result<UvUse, String> {
-        let Some(index) = index else { return Ok(UvUse { set: 0, transform: Affine2::IDENTITY }) };
+    /// The texture coordinates that a material's pictures want: the base colour's, else the emissive's; `None` where it
+    /// has no pictures.
+    pub(super) fn uv_use(&self, index: Option<usize>) -> Result<Option<UvUse>, String> {
+        let Some(index) = index else { return Ok(None) };
         let source = self.source(index)?;
         let info = source.pbr_metallic_roughness.base_color_texture.as_ref().or(source.emissive_texture.as_ref());
-        let Some(info) = info else { return Ok(UvUse { set: 0, transform: Affine2::IDENTITY }) };
-        let Some(t) = &info.extensions.transform else {
-            return Ok(UvUse { set: info.tex_coord, transform: Affine2::IDENTITY });
-        };
-        // KHR_texture_transform turns clockwise as uv is drawn, v downwards.
-        let scale = Vec2::from_array(t.scale.unwrap_or([1.0; 2]));
-        let transform = Affine2::from_scale_angle_translation(scale, -t.rotation, Vec2::from_array(t.offset));
-        let transform = if transform.is_finite() { transform } else { Affine2::IDENTITY };
-        Ok(UvUse { set: t.tex_coord.unwrap_or(info.tex_coord), transform })
+        Ok(info.map(uv_use_of))
     }
 
     fn source(&self, index: usize) -> Result<&'a document::Material, String> {
@@ -88,65 +87,27 @@ impl<'r, 'a> Materials<'r, 'a> {
             format!("material {index} does not exist, there are {}; export the file again", materials.len())
         })
     }
+}
 
-    fn texture(&mut self, info: &TextureInfo, cutoff: Option<u8>, report: &mut Report) -> Option<u32> {
-        let source = self.document.textures.get(info.index).and_then(|t| t.source);
-        let Some(image) = source else {
-            report.warn(format!("texture {} has no picture that can be read; the part is plain", info.index));
-            return None;
-        };
-        if let Some(&known) = self.decoded.get(&(image, cutoff)) {
-            return known;
-        }
-        let texture =
-            self.decode(image, cutoff).map_err(|e| report.warn(format!("image {image}: {e}; the part is plain")));
-        let place = texture.ok().and_then(|texture| {
-            let place = u32::try_from(self.textures.len()).ok()?;
-            self.textures.push(texture);
-            Some(place)
-        });
-        self.decoded.insert((image, cutoff), place);
-        place
+fn uv_use_of(info: &TextureInfo) -> UvUse {
+    let Some(t) = &info.extensions.transform else {
+        return UvUse { set: info.tex_coord, transform: Affine2::IDENTITY };
+    };
+    // KHR_texture_transform turns clockwise as uv is drawn, v downwards.
+    let scale = Vec2::from_array(t.scale.unwrap_or([1.0; 2]));
+    let transform = Affine2::from_scale_angle_translation(scale, -t.rotation, Vec2::from_array(t.offset));
+    let transform = if transform.is_finite() { transform } else { Affine2::IDENTITY };
+    UvUse { set: t.tex_coord.unwrap_or(info.tex_coord), transform }
+}
+
+/// Says once for each kind what of a material the picture does not show.
+fn warn_of_what_is_not_shown(source: &document::Material, material: &Material, report: &mut Report) {
+    if source.alpha_mode.as_deref() == Some("BLEND") && material.opaque {
+        report.warn("a part blends by its picture's alpha; it is shown opaque".to_owned());
     }
-
-    fn decode(&mut self, index: usize, cutoff: Option<u8>) -> Result<Texture, String> {
-        let image = self.document.images.get(index).ok_or("it does not exist")?;
-        if self.textures.len() >= MAX_PICTURES {
-            return Err(format!("more than {MAX_PICTURES} pictures"));
-        }
-        let owned;
-        let bytes = match (&image.uri, image.buffer_view) {
-            (_, Some(view)) => self.accessors.view_bytes(view)?,
-            (Some(uri), None) => {
-                owned = self.container.uri(uri)?;
-                &owned
-            }
-            (None, None) => return Err("it has no bytes".to_owned()),
-        };
-        let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes));
-        let format = image::guess_format(bytes).map_err(|e| format!("can't be decoded: {e}"))?;
-        if !matches!(format, image::ImageFormat::Png | image::ImageFormat::Jpeg) {
-            return Err("only PNG and JPEG can be decoded".to_owned());
-        }
-        reader.set_format(format);
-        let (width, height) = reader.into_dimensions().map_err(|e| format!("can't be decoded: {e}"))?;
-        let texels = u64::from(width) * u64::from(height);
-        if width > MAX_DECODED_SIDE || height > MAX_DECODED_SIDE || texels > self.texels_left || texels == 0 {
-            return Err(format!("{width}×{height} texels are too many"));
-        }
-        self.texels_left -= texels;
-        let mut decoded = image::load_from_memory_with_format(bytes, format)
-            .map_err(|e| format!("can't be decoded: {e}"))?
-            .into_rgba8();
-        // Only a mask has holes: the alpha of all else means nothing on an opaque part.
-        let cutoff = cutoff.unwrap_or(0);
-        decoded.pixels_mut().for_each(|p| p.0[3] = if p.0[3] < cutoff { 0 } else { 255 });
-        if width.max(height) > MAX_SIDE {
-            let fit = |side: u32| (side * MAX_SIDE / width.max(height)).max(1);
-            decoded = image::imageops::resize(&decoded, fit(width), fit(height), image::imageops::FilterType::Triangle);
-        }
-        let (width, height) = decoded.dimensions();
-        Ok(Texture { width, height, rgba8: decoded.into_raw(), srgb: true })
+    let transmission = source.extensions.transmission.as_ref().filter(|_| !material.opaque);
+    if transmission.is_some_and(|t| t.transmission_factor < 1.0 || t.transmission_texture.is_some()) {
+        report.warn("a part transmits in part; it is shown wholly clear".to_owned());
     }
 }
 
@@ -172,6 +133,7 @@ fn plain(source: &document::Material) -> Material {
     });
     let strength = extensions.emissive_strength.as_ref().and_then(|e| e.emissive_strength).unwrap_or(1.0);
     let emissive = (Vec3::from_array(source.emissive_factor) * strength).map(|x| finite(x, 0.0).clamp(0.0, 65504.0));
+    let unlit = extensions.unlit.is_some() && !(transmits || film);
     let ior = extensions.ior.as_ref().and_then(|i| i.ior).unwrap_or(1.5);
     Material {
         opaque: !(transmits || film),
@@ -179,10 +141,11 @@ fn plain(source: &document::Material) -> Material {
         ior: if ior == 0.0 { 1.5 } else { finite(ior, 1.5).clamp(1.0, 10.0) },
         sigma,
         base_color,
-        roughness: unit(pbr.roughness_factor.unwrap_or(1.0)),
+        roughness: if unlit { 0.0 } else { unit(pbr.roughness_factor.unwrap_or(1.0)) },
         dispersion: extensions.dispersion.as_ref().map_or(0.0, |d| finite(d.dispersion, 0.0).clamp(0.0, 100.0)),
         thin_wall: film || (transmits && volume.is_none()),
         emissive,
+        unlit,
         ..Material::default()
     }
 }

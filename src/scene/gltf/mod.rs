@@ -1,10 +1,10 @@
 //! Reads glTF 2.0, `.glb` and `.gltf`, defensively.
 //!
 //! Source: the Khronos specification, glTF 2.0.1, with KHR_materials_transmission, _volume, _ior, _dispersion,
-//! _emissive_strength and _variants, KHR_mesh_quantization and KHR_texture_transform.
+//! _emissive_strength _unlit and _variants, KHR_mesh_quantization and KHR_texture_transform.
 //!
 //! [`container`] finds the bytes, [`document`] is the JSON, [`accessor`] turns checked bytes into numbers;
-//! [`hierarchy`], [`primitive`], [`animations`] and [`materials`] make the parts of a [`Geometry`].
+//! [`hierarchy`], [`primitive`], [`animations`], [`materials`] and [`pictures`] make the parts of a [`Geometry`].
 //!
 //! What stops the picture is one error; what does not is a warning. Every index, size and offset is checked where it is
 //! followed, and nothing is allocated that the file has no bytes for.
@@ -15,6 +15,7 @@ mod container;
 mod document;
 mod hierarchy;
 mod materials;
+mod pictures;
 mod primitive;
 
 use super::geometry::{Geometry, MatrixSource, Part};
@@ -40,13 +41,14 @@ pub struct Loaded {
 }
 
 /// Extensions that a file may require.
-const SUPPORTED: [&str; 11] = [
+const SUPPORTED: [&str; 12] = [
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
@@ -145,7 +147,7 @@ fn model<'a>(
     }
     geometry.clips = animations::clips(document, accessors, &hierarchy, &targets, report);
     geometry.nodes = hierarchy.nodes;
-    geometry.textures = materials.textures;
+    geometry.textures = materials.pictures.textures;
     geometry.measure();
     Ok(geometry)
 }
@@ -233,13 +235,16 @@ impl Build<'_, '_> {
             triangles: MAX_TRIANGLES - self.geometry.triangles.len(),
             morphs: MAX_MORPHS - self.geometry.morphs.len(),
         };
-        let Some(mut mesh) = primitive::mesh(primitive, self.accessors, rig, &uv_use, room, report)? else {
+        let Some(mut mesh) = primitive::mesh(primitive, self.accessors, rig, uv_use.as_ref(), room, report)? else {
             return Ok(());
         };
-        let material = self.materials.material(primitive.material, report)?;
+        let material = self.materials.material(primitive.material, uv_use.as_ref(), report)?;
+        if mesh.colored && !material.opaque {
+            report.warn("vertex colours of a clear part are not shown".to_owned());
+        }
         let mut variant_materials = Vec::new();
         for mapping in &primitive.extensions.variants.mappings {
-            let of_variant = self.materials.material(Some(mapping.material), report)?;
+            let of_variant = self.materials.material(Some(mapping.material), uv_use.as_ref(), report)?;
             for &variant in mapping.variants.iter().filter(|v| **v < self.geometry.variants.len()) {
                 variant_materials.push((variant, of_variant.clone()));
             }
@@ -261,6 +266,7 @@ impl Build<'_, '_> {
             morph_count: number(mesh.targets)?,
             node,
             flat: mesh.flat,
+            vertex_colors: mesh.colored,
             material,
             variant_materials,
             plane_half: None,

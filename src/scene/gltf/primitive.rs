@@ -4,7 +4,7 @@ use super::Report;
 use super::accessor::Accessors;
 use super::document::{Attributes, Primitive, Target};
 use super::materials::UvUse;
-use crate::scene::geometry::{Influence, Morph, RestVertex};
+use crate::scene::geometry::{Influence, Morph, RestVertex, uv_from_color};
 use glam::{Vec2, Vec3};
 
 /// The most triangles of a model: records number them with 24 bits.
@@ -26,6 +26,8 @@ pub(super) struct Mesh {
     pub(super) morphs: Vec<Morph>,
     pub(super) targets: usize,
     pub(super) flat: bool,
+    /// Colours stand in place of texture coordinates.
+    pub(super) colored: bool,
 }
 
 /// What moves the vertices.
@@ -58,7 +60,7 @@ pub(super) fn mesh(
     primitive: &Primitive,
     accessors: &Accessors<'_>,
     rig: Rig,
-    uv_use: &UvUse,
+    uv_use: Option<&UvUse>,
     room: Room,
     report: &mut Report,
 ) -> Result<Option<Mesh>, String> {
@@ -86,7 +88,12 @@ pub(super) fn mesh(
     }
     let attributes = &primitive.attributes;
     let mut mesh = Mesh { flat: attributes.normal.is_none(), targets: primitive.targets.len(), ..Mesh::default() };
-    mesh.vertices = vertices(attributes, &positions, accessors, uv_use, report)?;
+    mesh.vertices = vertices(attributes, &positions, accessors)?;
+    if let Some(uv_use) = uv_use {
+        mesh.add_coordinates(attributes, uv_use, accessors, report)?;
+    } else if let Some(color) = attributes.color0 {
+        mesh.add_colors(color, accessors)?;
+    }
     mesh.influences = influences(attributes, count, accessors, rig, report)?;
     if count.checked_mul(mesh.targets).is_none_or(|n| n > room.morphs) {
         return Err(format!("more than {MAX_MORPHS} morph displacements; leave out some targets"));
@@ -183,8 +190,6 @@ fn vertices(
     attributes: &Attributes,
     positions: &[[f32; 3]],
     accessors: &Accessors<'_>,
-    uv_use: &UvUse,
-    report: &mut Report,
 ) -> Result<Vec<RestVertex>, String> {
     let mut vertices: Vec<RestVertex> =
         positions.iter().map(|&p| RestVertex { position: sound(p), u: 0.0, normal: Vec3::ZERO, v: 0.0 }).collect();
@@ -193,24 +198,6 @@ fn vertices(
         same_count("normals", normals.len(), positions.len())?;
         for (vertex, normal) in vertices.iter_mut().zip(normals) {
             vertex.normal = sound(normal).normalize_or_zero();
-        }
-    }
-    let uv = match uv_use.set {
-        0 => attributes.uv0,
-        1 => attributes.uv1,
-        set => {
-            report.warn(format!("texture coordinates {set} are not read; only sets 0 and 1 are"));
-            None
-        }
-    };
-    if let Some(uv) = uv {
-        let coordinates = accessors.numbers::<2>(uv)?;
-        same_count("texture coordinates", coordinates.len(), positions.len())?;
-        for (vertex, uv) in vertices.iter_mut().zip(coordinates) {
-            let uv = uv_use.transform.transform_point2(Vec2::from_array(uv));
-            if uv.is_finite() {
-                (vertex.u, vertex.v) = (uv.x, uv.y);
-            }
         }
     }
     Ok(vertices)
@@ -283,6 +270,53 @@ fn influences(
 }
 
 impl Mesh {
+    /// Texture coordinates of the set that the part's pictures want, turned as they want them.
+    fn add_coordinates(
+        &mut self,
+        attributes: &Attributes,
+        uv_use: &UvUse,
+        accessors: &Accessors<'_>,
+        report: &mut Report,
+    ) -> Result<(), String> {
+        if attributes.color0.is_some() {
+            report.warn("vertex colours of a part with a picture are not shown".to_owned());
+        }
+        let uv = match uv_use.set {
+            0 => attributes.uv0,
+            1 => attributes.uv1,
+            set => {
+                report.warn(format!("texture coordinates {set} are not read; only sets 0 and 1 are"));
+                None
+            }
+        };
+        let Some(uv) = uv else { return Ok(()) };
+        let coordinates = accessors.numbers::<2>(uv)?;
+        same_count("texture coordinates", coordinates.len(), self.vertices.len())?;
+        for (vertex, uv) in self.vertices.iter_mut().zip(coordinates) {
+            let uv = uv_use.transform.transform_point2(Vec2::from_array(uv));
+            if uv.is_finite() {
+                (vertex.u, vertex.v) = (uv.x, uv.y);
+            }
+        }
+        Ok(())
+    }
+
+    /// Linear colours, with alpha or without, where texture coordinates would stand.
+    fn add_colors(&mut self, accessor: usize, accessors: &Accessors<'_>) -> Result<(), String> {
+        let colors: Vec<Vec3> = if accessors.shape(accessor)?.components == 4 {
+            accessors.numbers::<4>(accessor)?.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect()
+        } else {
+            accessors.numbers::<3>(accessor)?.into_iter().map(Vec3::from_array).collect()
+        };
+        same_count("vertex colours", colors.len(), self.vertices.len())?;
+        for (vertex, color) in self.vertices.iter_mut().zip(colors) {
+            let color = color.map(|x| if x.is_finite() { x } else { 1.0 });
+            (vertex.u, vertex.v) = uv_from_color(color);
+        }
+        self.colored = true;
+        Ok(())
+    }
+
     fn add_target(
         &mut self,
         target: &Target,
