@@ -29,8 +29,8 @@ struct Crossing {
 
 // Within this many cells a second crossing of the same part from the same side is the same surface again.
 const DUPLICATE_CELLS: f32 = 1.5;
-// Cells by which a surface may lie behind the ray's origin: touching bodies.
-const BEHIND_CELLS: f32 = 0.02;
+// Cells within which surfaces are in one place, before the ray's origin or behind it: bodies that touch.
+const TOUCHING_CELLS: f32 = 0.02;
 // Cells by which a hit may lie beyond another sheet of its voxel that bounds it.
 const SHEET_CELLS: f32 = 0.05;
 
@@ -49,7 +49,8 @@ fn point_in_cell(grid: u32, ray: GridRay, walk: Walk, fraction: vec3f) -> vec3f 
 
 // The crossing in the voxel where the walk stands. Of several sheets of one part a hit must lie on the solid's surface:
 // within the others where they meet as a ridge, outside them where they meet as a groove (their points tell which).
-// Of several hits one that fits the media comes before one that does not, then the nearest.
+// Of several hits one that fits the media comes before one that does not, then the nearest; of those in one place, one
+// that enters, so that no air opens between bodies that touch.
 //
 // One loop: for each sheet, its own plane and then every other sheet as a bound; a voxel with one sheet takes one turn.
 fn voxel_crossing(grid: u32, ray: GridRay, walk: Walk, seeker: Seeker) -> Crossing {
@@ -60,6 +61,7 @@ fn voxel_crossing(grid: u32, ray: GridRay, walk: Walk, seeker: Seeker) -> Crossi
         return best;
     }
     let cell_size = grids[grid].cell_size;
+    let touching = TOUCHING_CELLS * cell_size;
     let z0 = (ray_slab(ray, f32(walk.slice)) - ray.start.z) / ray.along.z;
     let z1 = (ray_slab(ray, f32(walk.slice + 1)) - ray.start.z) / ray.along.z;
     let s_in = max(walk.s_in, min(z0, z1)) - ray.tolerance;
@@ -89,11 +91,13 @@ fn voxel_crossing(grid: u32, ray: GridRay, walk: Walk, seeker: Seeker) -> Crossi
             let t = dot(normal, point - seeker.origin) / cosine;
             let s = s_from_t(ray, t);
             let is_opaque = (record.triangle & RECORD_OPAQUE) != 0u;
-            let within = s >= s_in && s <= s_out && t < seeker.t_max && t > -BEHIND_CELLS * cell_size;
+            let within = s >= s_in && s <= s_out && t < seeker.t_max && t > -touching;
             let same = part == seeker.last_part && front == seeker.last_front && t < DUPLICATE_CELLS * cell_size;
+            // Where the ray is now it has entered or left this part already.
+            let is_done = t < touching && !is_opaque && front == media_has(seeker.media, part);
             let orphan = (record.triangle & RECORD_ORPHAN) != 0u;
             let wanted = select(!seeker.opaque_only, !orphan, is_opaque);
-            hit.found = within && wanted && !same;
+            hit.found = within && wanted && !same && !is_done;
             hit.t = t;
             hit.triangle = record.triangle;
             hit.part = part;
@@ -113,7 +117,8 @@ fn voxel_crossing(grid: u32, ray: GridRay, walk: Walk, seeker: Seeker) -> Crossi
         turn += 1u;
         if turn >= count {
             let fits_better = !hit.strange && best.strange;
-            let as_well = hit.strange == best.strange && hit.t < best.t;
+            let lead = touching * (f32(hit.front) - f32(best.front));
+            let as_well = hit.strange == best.strange && hit.t - lead < best.t;
             if hit.found && (!best.found || fits_better || as_well) {
                 best = hit;
             }

@@ -1,6 +1,10 @@
 //! How rays go through glass, against what physics says in closed form.
 
+mod balls;
+mod nested;
+
 use crate::support::{glass, pixel_direction, quantile, render, scene_of};
+use balls::refract;
 use glam::{DVec3, UVec2, Vec3};
 use murrine::march::Channel;
 use murrine::scene::Scene;
@@ -15,12 +19,6 @@ fn sphere_scene(ior: f32, hit: Hit) -> Scene {
     scene.effect.hit = hit;
     scene.effect.fill_questionable = false;
     scene
-}
-
-fn refract(d: DVec3, n: DVec3, eta: f64) -> DVec3 {
-    let c = -d.dot(n);
-    let k = 1.0 - eta * eta * (1.0 - c * c);
-    eta * d + (eta * c - k.sqrt()) * n
 }
 
 /// Where a ray leaves the unit sphere, and which way; `None` where it misses or passes further out than `impact`.
