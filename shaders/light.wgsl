@@ -32,6 +32,8 @@ const BELIEVED_COSINE: f32 = 0.3;
 const LEAST_MIRROR_COSINE: f32 = 0.4;
 // Cells by which a crossing may lie beyond another sheet of its voxel that bounds it.
 const SHEET_CELLS: f32 = 0.05;
+// Cells within which surfaces are in one place: bodies that touch.
+const TOUCHING_CELLS: f32 = 0.02;
 const NEVER: f32 = 1e30;
 const ONLY: f32 = 0.0;    // in place of t where a voxel has one sheet
 
@@ -200,19 +202,25 @@ fn is_bounded(sheet: Sheet, other: Sheet, column: Column) -> bool {
     return free || select(-beyond, beyond, ridge > 0.0) < slack;
 }
 
-// Where the column crosses the sheets of a voxel that has several: t of each, NEVER for none.
+// When the column meets a sheet: its t; of sheets in one place the one where it enters comes first, so that no air opens
+// between bodies that touch.
+fn turn_of(sheet: Sheet, column: Column) -> f32 {
+    return sheet.t - select(0.0, TOUCHING_CELLS * column.slice_length, sheet.cosine < 0.0);
+}
+
+// When the column crosses the sheets of a voxel that has several, NEVER for none.
 fn crossings(g: Grid, column: Column, slice: u32, first: Record) -> vec3f {
     let further = g.extra_base + record_extra_first(first);
     let a = sheet_of(g, column, slice, first);
     let b = sheet_of(g, column, slice, records[further]);
     var t = vec3f(NEVER);
-    t.x = select(NEVER, a.t, a.crossed && is_bounded(a, b, column));
-    t.y = select(NEVER, b.t, b.crossed && is_bounded(b, a, column));
+    t.x = select(NEVER, turn_of(a, column), a.crossed && is_bounded(a, b, column));
+    t.y = select(NEVER, turn_of(b, column), b.crossed && is_bounded(b, a, column));
     if record_extra_count(first) > 1u {
         let c = sheet_of(g, column, slice, records[further + 1u]);
         t.x = select(NEVER, t.x, is_bounded(a, c, column));
         t.y = select(NEVER, t.y, is_bounded(b, c, column));
-        t.z = select(NEVER, c.t, c.crossed && is_bounded(c, a, column) && is_bounded(c, b, column));
+        t.z = select(NEVER, turn_of(c, column), c.crossed && is_bounded(c, a, column) && is_bounded(c, b, column));
     }
     return t;
 }
@@ -270,14 +278,15 @@ fn walk(g: Grid, column: Column, media: vec4u, saturate: bool) -> Light {
                 several = crossings(g, column, slice, first);
             }
         }
-        let t = min(several.x, min(several.y, several.z));
+        let next = min(several.x, min(several.y, several.z));
+        let number = select(select(2u, 1u, next == several.y), 0u, next == several.x);
         var record = first;
-        if t != several.x {
-            record = records[g.extra_base + record_extra_first(first) + select(1u, 0u, t == several.y)];
+        if number != 0u {
+            record = records[g.extra_base + record_extra_first(first) + number - 1u];
         }
-        several = select(several, vec3f(NEVER), several == vec3f(t));
+        several[number] = NEVER;
         let sheet = sheet_of(g, column, slice, record);
-        if sheet.crossed && t != NEVER && !light.blocked {
+        if sheet.crossed && next != NEVER && !light.blocked {
             meet(&light, sheet, saturate, column);
         }
         if all(several == vec3f(NEVER)) {

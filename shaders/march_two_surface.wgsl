@@ -1,10 +1,11 @@
+#include "lib/back_face.inc.wgsl"
 #include "lib/crossing.inc.wgsl"
 #include "lib/event.inc.wgsl"
-#include "lib/nearest_record.inc.wgsl"
 #include "lib/path_store.inc.wgsl"
 #include "lib/steps.inc.wgsl"
 // Two-surface refraction (CL §3.2.1, Fig. 5, Eq. 2): bent where it enters, by T1; then as far along T1 as the body is
-// thick along the *unbent* ray (Fig. 3); and bent there by the normal of the nearest boundary voxel.
+// thick along the *unbent* ray (Fig. 3); and bent there by the normal of the back face that the camera has there: P2 as
+// projected into the voxel space.
 //
 // The first surface is the rasterized triangle, or the first boundary voxel by fixed steps (`first_is_voxel`).
 
@@ -58,27 +59,24 @@ fn first_surface(pixel: vec2u, ray: Ray) -> First {
     return first;
 }
 
-// Length inside glass along a straight ray that starts on the front of `part`; negative where it does not add up.
-fn thickness_along(origin: vec3f, direction: vec3f, part: u32) -> f32 {
+// Length inside glass along a straight ray that starts on the front of `part`, where its normal is `normal`; negative
+// where it does not add up.
+fn thickness_along(origin: vec3f, direction: vec3f, part: u32, normal: vec3f) -> f32 {
     var sum = 0.0;
     var inside = true;
     if first_is_voxel {
         let line = grid_ray(VIEW, origin, direction);
         var steps = steps_from(line, 0.0, 1.0);
-        var last_normal = vec3f(0.0);
+        var last_normal = normal;
         var entered_at = 0.0;
-        for (var i = 0u; i < MAX_SHEETS; i++) {
-            if !next_boundary_voxel(line, &steps) {
-                break;
-            }
-            let normal = unpack_unit(record_at(VIEW, steps).normal);
-            let same = select(dot(normal, last_normal) >= settings.cos_angle_threshold, dot(normal, direction) < 0.0, i == 0u);
-            if !same {
+        while next_boundary_voxel(line, &steps) {
+            let normal_here = unpack_unit(record_at(VIEW, steps).normal);
+            if dot(normal_here, last_normal) < settings.cos_angle_threshold {
                 let t = t_from_s(line, steps.s);
                 sum += select(0.0, t - entered_at, inside);
                 entered_at = t;
                 inside = !inside;
-                last_normal = normal;
+                last_normal = normal_here;
             }
         }
     } else {
@@ -122,12 +120,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if !meet(&ray, &path, at, false) {
             path.triangle = select(path.triangle, first.triangle, path.t_end >= 0.0);
         } else if any(ray.media != vec4u(0u)) {
-            let thickness = thickness_along(ray.origin, unbent, at.part);
+            let thickness = thickness_along(ray.origin, unbent, at.part, at.normal);
             path.questionable = thickness <= 0.0;
-            let near = nearest_record(VIEW, ray.origin + abs(thickness) * ray.direction);
-            path.questionable = path.questionable || !near.found;
-            let normal = unpack_unit(near.record.normal);
-            let outward = select(-normal, normal, dot(normal, ray.direction) > 0.0);
+            let place = ray.origin + abs(thickness) * ray.direction;
+            let back = back_face(VIEW, place, normalize(place - surroundings.eye));
+            path.questionable = path.questionable || !back.found;
+            let outward = select(-back.normal, back.normal, dot(back.normal, ray.direction) > 0.0);
             meet(&ray, &path, Surface(abs(thickness), outward, false, at.part), false);
         }
     }

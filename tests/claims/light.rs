@@ -2,6 +2,7 @@
 //!
 //! Truths are worked out here, in f64, from the shapes themselves. Grids are the program's own, about 128 cells long.
 
+mod ground;
 mod support;
 
 use crate::probe;
@@ -319,15 +320,20 @@ fn a_ground_of_80_units_does_not_coarsen_the_shadow() {
 
 #[test]
 fn light_loses_at_clear_surfaces_what_they_mirror_and_absorption_does_not_count_it() {
-    let mut clear = model(slab(0.2, 0.5), glass(Vec3::ZERO));
-    clear.materials[0].ior = Some(1.5);
-    let scene = Scene { models: vec![clear], lights: vec![sun(Vec3::NEG_Y)], ..Scene::default() };
-    let lit = Lit::new(&scene);
     let points = disc(Vec3::ZERO, 0.4, 0.0);
-    assert!(lit.absorption(0, &points, Vec3::ZERO).iter().all(|a| *a == Vec3::ONE));
-    // ((n − 1)/(n + 1))² is mirrored at each of the two faces.
-    let (mean, _) = compare(&lit.transmittance(0, &points, Vec3::ZERO), |_| DVec3::splat(0.96 * 0.96));
-    assert!(mean < 2e-3, "mean {mean}");
+    let lit = |edges: &[f32]| {
+        let models = edges.windows(2).map(|e| model(slab(e[0], e[1]), glass(Vec3::ZERO))).collect();
+        let lit = Lit::new(&Scene { models, lights: vec![sun(Vec3::NEG_Y)], ..Scene::default() });
+        assert!(lit.absorption(0, &points, Vec3::ZERO).iter().all(|a| *a == Vec3::ONE));
+        lit.transmittance(0, &points, Vec3::ZERO)
+    };
+    // ((n − 1)/(n + 1))² is mirrored at each of the two faces, and nothing where two bodies of one glass touch.
+    for edges in [&[0.2, 0.5][..], &[0.2, 0.4, 0.5]] {
+        let left = lit(edges);
+        let (mean, _) = compare(&left, |_| DVec3::splat(0.96 * 0.96));
+        assert!(mean < 2e-3, "{edges:?}: mean {mean}");
+        assert!(compare(&left, |_| DVec3::splat(0.96_f64.powi(4))).0 > 0.02, "four faces pass for two");
+    }
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 mod balls;
 mod nested;
+mod repair;
+mod two_surface;
 
 use crate::support::{glass, pixel_direction, quantile, render, scene_of};
 use balls::refract;
