@@ -100,18 +100,6 @@ fn way_of(pixel: vec2u, eye: vec3f) -> Way {
     return Way(textureLoad(path_place, pixel, 0).xyz, unpack_direction(textureLoad(path_way, pixel, 0).xy));
 }
 
-// What pixel `pixel` covers of a plane at `p`: by where its neighbours' rays go if the path was `bent`.
-fn footprint_at(plane: u32, p: vec3f, pixel: vec2u, eye: vec3f, bent: bool) -> Footprint {
-    if !bent || surroundings.planes[plane].checker_squares <= 0.0 {
-        return footprint_from_eye(plane, p);
-    }
-    let last = settings.size - 1u;
-    let beside = way_of(vec2u(min(pixel.x ^ 1u, last.x), pixel.y), eye);
-    let below = way_of(vec2u(pixel.x, min(pixel.y ^ 1u, last.y)), eye);
-    return Footprint(footprint_step(plane, p, beside.place, beside.direction),
-                     footprint_step(plane, p, below.place, below.direction));
-}
-
 // What the first surface mirrors of what comes along the mirrored ray.
 fn first_reflectance(path: Path, view: vec3f, n: vec3f) -> f32 {
     let part = path.first_part - 1u;
@@ -141,10 +129,28 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // once and a stretch of pixels without glass takes one.
     var origin = path.place;
     var direction = path.direction;
-    var weight = transmittance * path.throughput;
+    // Of later surfaces what they mirror is taken to be as bright as what they let through: a ray that goes on alone
+    // carries both, and clear glass in an even light can't be seen.
+    let out_of_first = facing(path.first_normal, view);
+    var mirrored = 0.0;
+    if mirrors {
+        mirrored = first_reflectance(path, view, out_of_first);
+    }
+    var weight = transmittance * (1.0 - mirrored);
     var end = End(path.t_end, path.triangle, NO_PLANE);
     var out_of = direction;
+    let bent = path.first_part != 0u;
+    var beside = Way(eye, view);
+    var below = beside;
+    var spread = straight_spread();
     var wider = -1.0;
+    if bent {
+        let last = settings.size - 1u;
+        beside = way_of(vec2u(min(pixel.x ^ 1u, last.x), pixel.y), eye);
+        below = way_of(vec2u(pixel.x, min(pixel.y ^ 1u, last.y)), eye);
+        spread = Spread(beside.direction - direction, below.direction - direction);
+        wider = select(-1.0, spread_width(spread), path.left_glass && path.events != 0u);
+    }
     var sum = vec3f(0.0);
     for (var turn = 0u; turn < select(1u, 2u, mirrors); turn++) {
         if end.t < 0.0 {
@@ -156,15 +162,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if opaque_triangles && end.triangle != NO_TRIANGLE {
             seen = seen_triangle(end.triangle, p, direction);
         } else if end.plane != NO_PLANE {
-            let bent = turn == 0u && path.first_part != 0u;
-            seen = seen_plane(end.plane, p, direction, footprint_at(end.plane, p, pixel, eye, bent));
+            var footprint = footprint_from_eye(end.plane, p);
+            if turn == 0u && bent {
+                footprint = Footprint(footprint_step(end.plane, p, beside.place, beside.direction),
+                                      footprint_step(end.plane, p, below.place, below.direction));
+            }
+            seen = seen_plane(end.plane, p, direction, footprint);
         }
-        sum += weight * radiance_of(seen, origin, direction);
+        sum += weight * radiance_of(seen, origin, direction, spread);
 
-        out_of = facing(path.first_normal, view);
+        out_of = out_of_first;
         origin = eye + path.first_t * view;
         direction = reflect(view, out_of);
-        weight = vec3f(first_reflectance(path, view, out_of));
+        weight = vec3f(mirrored);
+        spread = straight_spread();
         wider = mirror_width(materials[max(path.first_part, 1u) - 1u].roughness);
         end = End(-1.0, NO_TRIANGLE, NO_PLANE);
     }

@@ -85,9 +85,6 @@ fn meet(ray: ptr<function, Ray>, path: ptr<function, Path>, at: Surface, strange
         return false;
     }
     (*path).events += u32(bends_here);
-    if optical && !bend.total && settings.reflect != 0u && (bends_here || r.crossings == 0u) {
-        (*path).throughput *= 1.0 - bend.reflectance;
-    }
     if at.front && settings.absorb != 0u {
         (*path).optical_depth -= log(max(materials[at.part].base_color, vec3f(1e-4)));
     }

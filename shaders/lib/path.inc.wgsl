@@ -1,7 +1,7 @@
 // What a ray's path through the glass leaves behind, a texel each in four textures: `march*` writes, `shade` reads.
 //
 // path_place: last place where the path bent or left glass, world; how far on it ends on opaque matter, or −1.
-// path_way: direction there (octahedral, f32); length inside glass; what the surfaces let through, unpolarized.
+// path_way: direction there (octahedral, f32); length inside glass; unused.
 // path_depth: optical depth RGB (bits of f32); PathMarks.
 // path_first: distance of the first surface; its outward normal (octahedral, f32); its part + 1, or 0 for none, negative
 // where it is met from behind.
@@ -11,7 +11,6 @@ struct Path {
     t_end: f32,
     direction: vec3f,
     thickness: f32,
-    throughput: f32,
     optical_depth: vec3f,
     events: u32,            // refractions and internal reflections
     questionable: bool,
@@ -39,7 +38,7 @@ fn path_place_texel(path: Path) -> vec4f {
 }
 
 fn path_way_texel(path: Path) -> vec4f {
-    return vec4f(pack_direction(path.direction), path.thickness, path.throughput);
+    return vec4f(pack_direction(path.direction), path.thickness, 0.0);
 }
 
 fn path_depth_texel(path: Path) -> vec4u {
@@ -53,12 +52,12 @@ fn path_first_texel(path: Path) -> vec4f {
 }
 
 fn path_from_texels(place: vec4f, way: vec4f, depth: vec4u, first: vec4f) -> Path {
-    return Path(place.xyz, place.w, unpack_direction(way.xy), way.z, way.w, bitcast<vec3f>(depth.xyz),
+    return Path(place.xyz, place.w, unpack_direction(way.xy), way.z, bitcast<vec3f>(depth.xyz),
                 (depth.w >> 24u) & 63u, (depth.w >> 31u) != 0u, ((depth.w >> 30u) & 1u) != 0u, depth.w & 0xffffffu,
                 first.x, unpack_direction(first.yz), u32(abs(first.w)), first.w > 0.0);
 }
 
 // The path of a ray that meets no triangle.
 fn clear_path(eye: vec3f, direction: vec3f) -> Path {
-    return Path(eye, -1.0, direction, 0.0, 1.0, vec3f(0.0), 0u, false, false, 0xffffffu, 0.0, vec3f(0.0, 0.0, 1.0), 0u, false);
+    return Path(eye, -1.0, direction, 0.0, vec3f(0.0), 0u, false, false, 0xffffffu, 0.0, vec3f(0.0, 0.0, 1.0), 0u, false);
 }

@@ -31,14 +31,25 @@ fn checker_share(p: vec2f, width: vec2f) -> f32 {
 
 // ---- background
 
+// How much the direction of a pixel's ray differs from its neighbours', along its row and along its column.
+struct Spread {
+    row: vec3f,
+    column: vec3f,
+}
+
+// Of rays straight from the eye.
+fn straight_spread() -> Spread {
+    return Spread(surroundings.pixel_angle * surroundings.right, surroundings.pixel_angle * surroundings.up);
+}
+
 // Radiance of the background along `direction` (unit) from `origin`, which matters to the checkerboard alone.
-fn background_from(origin: vec3f, direction: vec3f) -> vec3f {
+fn background_from(origin: vec3f, direction: vec3f, spread: Spread) -> vec3f {
     switch select(background, surroundings.background_kind, background == BACKGROUND_ANY) {
         case BACKGROUND_SKY: {
             let sky = mix(surroundings.background_a.rgb, surroundings.background_b.rgb,
                           pow(max(direction.y, 0.0), surroundings.background_parameter));
             // A horizon as wide as a pixel, so that it does not show steps.
-            let below = smoothstep(0.5, -0.5, direction.y / max(surroundings.pixel_angle, 1e-4));
+            let below = smoothstep(0.5, -0.5, direction.y / max(abs(spread.row.y) + abs(spread.column.y), 1e-4));
             return mix(sky, surroundings.background_c.rgb, below);
         }
         case BACKGROUND_CHECKER: {
@@ -58,7 +69,9 @@ fn background_from(origin: vec3f, direction: vec3f) -> vec3f {
             level = select(normalize(level), vec3f(1.0, 0.0, 0.0), dot(level, level) < 1e-8);
             let upward = cross(normal, level);
             let square = surroundings.background_parameter;
-            let width = vec2f(t * surroundings.pixel_angle / (falling * square));
+            let row = t * (spread.row + direction * (dot(spread.row, normal) / falling));
+            let column = t * (spread.column + direction * (dot(spread.column, normal) / falling));
+            let width = (abs(vec2f(dot(row, level), dot(row, upward))) + abs(vec2f(dot(column, level), dot(column, upward)))) / square;
             let share = checker_share(vec2f(dot(p, level), dot(p, upward)) / square, width);
             return mix(surroundings.background_b.rgb, surroundings.background_a.rgb, share);
         }
@@ -75,11 +88,6 @@ fn background_from(origin: vec3f, direction: vec3f) -> vec3f {
             return surroundings.background_a.rgb;
         }
     }
-}
-
-// Radiance of the background along `direction` as the camera sees it.
-fn background_radiance(direction: vec3f) -> vec3f {
-    return background_from(surroundings.eye, direction);
 }
 
 // Irradiance that a surface with unit normal `n` receives from the whole background.
@@ -220,7 +228,7 @@ fn light_share(light: u32, p: vec3f, n: vec3f, plane: u32) -> vec3f {
 // with its shadow, the background's, and its own. Nothing: the background, and the lights as discs that what stands
 // between dims. A disc's radiance is its irradiance over its solid angle, so that a highlight's energy does not hang on its
 // size; its edge is soft by a third of its radius. One loop over the lights serves both.
-fn radiance_of(seen: Seen, origin: vec3f, direction: vec3f) -> vec3f {
+fn radiance_of(seen: Seen, origin: vec3f, direction: vec3f, spread: Spread) -> vec3f {
     let n = select(seen.normal, -seen.normal, seen.is_matter && dot(seen.normal, direction) > 0.0);
     var diffuse = background_irradiance(n);
     var direct = vec3f(0.0);
@@ -245,7 +253,7 @@ fn radiance_of(seen: Seen, origin: vec3f, direction: vec3f) -> vec3f {
             }
         }
     }
-    let background = background_from(origin, direction);
+    let background = background_from(origin, direction, spread);
     if seen.is_matter {
         return mix(seen.base_color / PI * diffuse + direct + seen.emissive, background, seen.haze);
     }
@@ -267,6 +275,12 @@ fn seen_plane(plane: u32, p: vec3f, direction: vec3f, footprint: Footprint) -> S
     let haze = low * smoothstep(0.25, 1.0, length(at));
     let color = plane_base_color(plane, p, footprint);
     return Seen(true, p, n, plane, color, materials[part].roughness, materials[part].emissive, haze, -1.0);
+}
+
+// By how much a bent ray's spread widens the lights' discs: a pixel shows the mean of what its rays meet, so that a glint
+// in glass that scatters them is as faint as it is broad.
+fn spread_width(spread: Spread) -> f32 {
+    return 0.5 * max(length(spread.row), length(spread.column));
 }
 
 // By how much a mirror of this roughness widens the lights' discs.

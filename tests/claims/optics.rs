@@ -10,7 +10,7 @@ use balls::refract;
 use glam::{DVec3, UVec2, Vec3};
 use murrine::march::Channel;
 use murrine::scene::Scene;
-use murrine::scene::description::{Camera, Hit, Shape};
+use murrine::scene::description::{Background, Camera, Hit, Light, LightKind, Refraction, Shape};
 
 const SPHERE: Shape = Shape::Icosphere { radius: 1.0, subdivisions: 6 };
 
@@ -195,4 +195,44 @@ fn rays_are_questionable_where_they_run_out_of_events_and_hardly_ever_in_a_close
     let mut short = sphere_scene(1.5, Hit::Surfel);
     short.effect.max_events = 1;
     assert!(share(&short) > 0.1, "rays that may not leave are no less sure of themselves");
+}
+
+#[test]
+fn clear_glass_in_an_even_light_cannot_be_seen() {
+    let size = UVec2::splat(64);
+    let grey = Vec3::new(0.2, 0.3, 0.4);
+    let brightness = |scene: &Scene| {
+        let picture = render(scene, size, Channel::Beauty);
+        let ratios = picture.radiance.iter().filter(|p| p[3] > 0.0).map(|p| f64::from(p[1] / grey.y));
+        ratios.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| (lo.min(r), hi.max(r)))
+    };
+    for shape in [SPHERE, Shape::Box { min: Vec3::splat(-0.8), max: Vec3::splat(0.8) }] {
+        let mut scene = sphere_scene(1.5, Hit::Surfel);
+        scene.models = vec![glass("body", shape, 1.5, Vec3::ZERO)];
+        scene.models[0].rotate_deg = Vec3::new(20.0, 30.0, 0.0);
+        scene.background = Background::Color { color: grey };
+        let (darkest, brightest) = brightness(&scene);
+        assert!(darkest > 0.999 && brightest < 1.001, "{shape:?}: {darkest} … {brightest} of what is around");
+        scene.models[0].materials[0].sigma = Some(Vec3::splat(0.5));
+        assert!(brightness(&scene).0 < 0.9, "glass that absorbs can't be seen either");
+    }
+}
+
+#[test]
+fn a_lamp_behind_clear_glass_glints_through_it() {
+    let size = UVec2::splat(96);
+    let sun =
+        Light { kind: LightKind::Directional { direction: Vec3::new(0.1, 0.05, 1.0).normalize() }, ..Light::default() };
+    let mut scene = sphere_scene(1.5, Hit::Surfel);
+    let brightest =
+        |scene: &Scene| render(scene, size, Channel::Beauty).radiance.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let dark = brightest(&scene);
+    assert!(dark < 1e-3, "{dark} without any light");
+    scene.lights = vec![sun];
+    let glint = brightest(&scene);
+    let disc = sun.intensity / (std::f32::consts::PI * 0.06 * 0.06);
+    assert!(glint > 5.0 && glint < 1.01 * disc, "{glint} where the sun's own disc is {disc}");
+    scene.effect.refraction = Refraction::None;
+    scene.effect.reflection = false;
+    assert!(brightest(&scene) < 1e-3, "a ray that is not bent sees the lamp");
 }

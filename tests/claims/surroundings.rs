@@ -38,7 +38,8 @@ fn floor_at(p: vec3f) -> Seen {
 fn mirrored_lights(p: vec3f, direction: vec3f) -> vec3f {
     let up = vec3f(0.0, 1.0, 0.0);
     let way = reflect(direction, up);
-    let seen = radiance_of(seen_nothing(p, up, mirror_width(0.0)), p, way) - background_from(p, way);
+    let seen = radiance_of(seen_nothing(p, up, mirror_width(0.0)), p, way, straight_spread())
+        - background_from(p, way, straight_spread());
     return fresnel_schlick(-dot(up, direction), 0.04) * seen;
 }
 
@@ -50,14 +51,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let q = questions[id.x];
     var answer = vec4f(0.0);
     switch q.what {
-        case 0u: { answer = vec4f(background_from(q.origin, q.direction), 0.0); }
+        case 0u: { answer = vec4f(background_from(q.origin, q.direction, straight_spread()), 0.0); }
         case 1u: { answer = vec4f(background_irradiance(q.direction), 0.0); }
         case 2u: {
             let hit = nearest_plane(q.origin, q.direction, 1e9);
             answer = vec4f(hit.t, f32(i32(hit.plane)), 0.0, 0.0);
         }
         case 3u: { answer = vec4f(plane_base_color(q.index, q.origin, footprint_from_eye(q.index, q.origin)), 0.0); }
-        case 4u: { answer = vec4f(radiance_of(floor_at(q.origin), q.origin - q.direction, q.direction), 0.0); }
+        case 4u: { answer = vec4f(radiance_of(floor_at(q.origin), q.origin - q.direction, q.direction, straight_spread()), 0.0); }
         case 5u: { answer = vec4f(light_arriving(q.index, q.origin).irradiance, 0.0); }
         case 6u: { answer = vec4f(mirrored_lights(q.origin, q.direction), 0.0); }
         default: { answer = vec4f(view_direction(q.direction.xy), 0.0); }
