@@ -4,7 +4,7 @@
 //! _emissive_strength _unlit and _variants, KHR_mesh_quantization and KHR_texture_transform.
 //!
 //! [`container`] finds the bytes, [`document`] is the JSON, [`accessor`] turns checked bytes into numbers;
-//! [`hierarchy`], [`primitive`], [`animations`], [`materials`] and [`pictures`] make the parts of a [`Geometry`].
+//! [`hierarchy`], [`primitive`] (with [`normals`]), [`animations`], [`materials`] and [`pictures`] make the parts of a [`Geometry`].
 //!
 //! What stops the picture is one error; what does not is a warning. Every index, size and offset is checked where it is
 //! followed, and nothing is allocated that the file has no bytes for.
@@ -15,6 +15,7 @@ mod container;
 mod document;
 mod hierarchy;
 mod materials;
+mod normals;
 mod pictures;
 mod primitive;
 

@@ -112,6 +112,9 @@ pub(super) fn mesh(
         mesh.unshare();
     } else {
         mesh.mend_normals(report);
+        let turned = |(_, target): &(usize, &Target)| target.position.is_some() && target.normal.is_none();
+        let targets = primitive.targets.iter().enumerate().filter(turned).map(|(i, _)| i);
+        mesh.turn_morph_normals(&targets.collect::<Vec<_>>());
     }
     Ok(Some(mesh))
 }
@@ -363,31 +366,6 @@ impl Mesh {
         let mut next = 0..;
         for corner in self.triangles.iter_mut().flatten() {
             *corner = next.next().unwrap_or(u32::MAX);
-        }
-    }
-
-    /// Vertices whose normal has no length take the mean of their triangles', by area.
-    fn mend_normals(&mut self, report: &mut Report) {
-        let missing: Vec<bool> = self.vertices.iter().map(|v| v.normal == Vec3::ZERO).collect();
-        let mut mended = vec![false; self.vertices.len()];
-        for triangle in &self.triangles {
-            if !triangle.iter().any(|&v| missing[v as usize]) {
-                continue;
-            }
-            let [a, b, c] = triangle.map(|v| self.vertices[v as usize].position.as_dvec3());
-            let face = (b - a).cross(c - a).as_vec3();
-            for v in triangle.map(|v| v as usize).into_iter().filter(|&v| missing[v]) {
-                let sum = self.vertices[v].normal + face;
-                self.vertices[v].normal = if sum.is_finite() { sum } else { face.normalize_or_zero() };
-                mended[v] = true;
-            }
-        }
-        for (vertex, _) in self.vertices.iter_mut().zip(&missing).filter(|(_, missing)| **missing) {
-            vertex.normal = vertex.normal.try_normalize().unwrap_or(Vec3::Y);
-        }
-        let mended = mended.iter().filter(|m| **m).count();
-        if mended > 0 {
-            report.warn(format!("{mended} normals without length were worked out anew"));
         }
     }
 }

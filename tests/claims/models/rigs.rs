@@ -127,6 +127,59 @@ fn morph_weights_are_animated_and_the_node_overrides_the_mesh() {
     assert!(near(corner(&maker, 0.5), [0.25, 0.0, 1.5]));
 }
 
+/// Corners of a ball, and its triangles.
+fn ball() -> (Vec<Vec3>, Vec<u16>) {
+    const AROUND: u16 = 48;
+    const DOWN: u16 = 32;
+    let mut points = Vec::new();
+    for j in 0..=DOWN {
+        for i in 0..=AROUND {
+            // The last column repeats the first, as a seam of texture coordinates does.
+            let (a, b) = (f32::from(i % AROUND) / f32::from(AROUND), f32::from(j) / f32::from(DOWN));
+            let ((s, c), (down, up)) = ((a * std::f32::consts::TAU).sin_cos(), (b * std::f32::consts::PI).sin_cos());
+            points.push(Vec3::new(down * c, up, -down * s));
+        }
+    }
+    let mut corners = Vec::new();
+    for j in 0..DOWN {
+        for i in 0..AROUND {
+            let at = |i: u16, j: u16| j * (AROUND + 1) + i;
+            corners.extend([at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i + 1, j)]);
+        }
+    }
+    (points, corners)
+}
+
+#[test]
+fn a_target_without_normals_is_lit_as_it_stands() {
+    const STRETCH: Vec3 = Vec3::new(2.5, 1.0, 1.0);
+    let (points, corners) = ball();
+    let flat = |values: &mut dyn Iterator<Item = Vec3>| values.flat_map(|p| p.to_array()).collect::<Vec<f32>>();
+    let mut maker = Maker::new();
+    let position = maker.floats("VEC3", &flat(&mut points.iter().copied()));
+    let bytes: Vec<u8> = corners.iter().flat_map(|c| c.to_le_bytes()).collect();
+    let indices = maker.accessor(U16, "SCALAR", corners.len(), &bytes);
+    let still = maker.floats("VEC3", &vec![0.0; 3 * points.len()]);
+    let stretched = maker.floats("VEC3", &flat(&mut points.iter().map(|p| *p * (STRETCH - 1.0))));
+    let targets = json!([{ "POSITION": still }, { "POSITION": stretched }]);
+    let attributes = json!({ "POSITION": position, "NORMAL": position });
+    maker.add_mesh(&json!({ "attributes": attributes, "indices": indices, "targets": targets }));
+    let error_deg = |maker: &Maker, weights: [f32; 2]| {
+        let mut maker = Maker { json: maker.json.clone(), bytes: maker.bytes.clone() };
+        maker.json["meshes"][0]["weights"] = json!(weights);
+        let (found, _) = posed(maker.read_cleanly().geometry, 0.0);
+        let scale = Vec3::ONE + (STRETCH - 1.0) * weights[1];
+        let error = |((_, n), p): (&(Vec3, Vec3), &Vec3)| n.angle_between((*p / scale).normalize()).to_degrees();
+        found.iter().zip(&points).map(error).fold(0.0, f32::max)
+    };
+    assert!(error_deg(&maker, [0.0, 0.0]) < 0.1);
+    assert!(error_deg(&maker, [1.0, 0.0]) < 0.1, "a target that moves nothing turns nothing");
+    assert!(error_deg(&maker, [0.0, 1.0]) < 2.0, "{}", error_deg(&maker, [0.0, 1.0]));
+    assert!(error_deg(&maker, [1.0, 0.5]) < 8.0, "half way is between: {}", error_deg(&maker, [1.0, 0.5]));
+    maker.json["meshes"][0]["primitives"][0]["targets"][1]["NORMAL"] = json!(still);
+    assert!(error_deg(&maker, [0.0, 1.0]) > 20.0, "what the file says of its normals holds");
+}
+
 #[test]
 fn without_normals_each_triangle_has_its_own_at_every_pose() {
     let mut maker = Maker::new();
