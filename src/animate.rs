@@ -171,6 +171,16 @@ impl Animate {
     /// # Errors
     /// When the model is larger than the device's bindings, or than numbers in records have bits for.
     pub fn upload(&mut self, gpu: &Gpu, world: &World) -> Result<Triangles, GpuError> {
+        self.upload_all(gpu, world).map_err(|error| match error {
+            GpuError::Limit { what, needed, allowed, .. } => {
+                let remedy = "simplify the model, or choose an adapter that allows more (`murrine doctor`)";
+                GpuError::Limit { what, needed, allowed, remedy }
+            }
+            other => other,
+        })
+    }
+
+    fn upload_all(&mut self, gpu: &Gpu, world: &World) -> Result<Triangles, GpuError> {
         let joined = Joined::of(world)?.with_something_to_bind();
         let place = |v: u32| (joined.vertices[v as usize].part, joined.rest_vertices[v as usize].position);
         let mut triangles = Triangles::placed(gpu, &joined.vertices, &joined.triangles, &[], place)?;

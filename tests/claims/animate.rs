@@ -5,7 +5,9 @@ use crate::gpu;
 use crate::probe;
 use glam::{Mat4, Quat, UVec4, Vec3, Vec4};
 use murrine::animate::{Animate, Triangles, Vertex};
-use murrine::gpu::{Recorder, Timing, buffer};
+use murrine::gpu::clock::StageClock;
+use murrine::gpu::shader::ShaderLibrary;
+use murrine::gpu::{AdapterChoice, Gpu, Recorder, Timing, buffer};
 use murrine::scene::description::{Deformer, Model, Scene, Shape, Source};
 use murrine::scene::geometry::{Geometry, Influence, MatrixSource, Morph, Sampling, Texture};
 use murrine::scene::material::{PartMaterial, flags};
@@ -220,4 +222,36 @@ fn pictures_of_any_size_become_layers_of_one_array_in_linear_light() {
         assert!((found.x - expected).abs() < 4e-3, "{found} instead of {expected}");
         assert!((found.w - 1.0).abs() < 1e-6);
     }
+}
+
+/// The claims' adapter with room for `bytes` bytes a buffer.
+fn narrow_gpu(bytes: u64) -> Gpu {
+    let adapter = Gpu::pick(&wgpu::Instance::new(instance()), &AdapterChoice::Software).unwrap();
+    let limits =
+        wgpu::Limits { max_storage_buffer_binding_size: bytes, max_buffer_size: bytes, ..wgpu::Limits::default() };
+    let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+    let info = adapter.get_info();
+    Gpu { device, queue, adapter, info, shaders: ShaderLibrary::default(), clock: StageClock::default() }
+}
+
+fn instance() -> wgpu::InstanceDescriptor {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    descriptor
+}
+
+#[test]
+fn a_model_larger_than_the_devices_buffers_is_refused_with_the_limit_and_a_remedy() {
+    let ball = |subdivisions| {
+        let model = Model { source: Source::Shape(Shape::Icosphere { radius: 1.0, subdivisions }), ..Model::default() };
+        World::load(&Scene { models: vec![model], ..Scene::default() }, None).unwrap()
+    };
+    let narrow = narrow_gpu(1 << 20);
+    let mut animate = Animate::new(&narrow).unwrap();
+    assert!(animate.upload(&narrow, &ball(5)).is_ok(), "10,242 vertices of 32 bytes fit");
+    let told = animate.upload(&narrow, &ball(7)).unwrap_err().to_string();
+    let expected = "buffer `vertices` needs 5242944 bytes, the adapter allows 1048576; simplify the model";
+    assert!(told.starts_with(expected), "{told}");
+    assert!(Animate::new(gpu()).unwrap().upload(gpu(), &ball(7)).is_ok(), "a wider device takes it");
 }

@@ -179,17 +179,31 @@ fn a_missing_driver_is_told_with_the_package_that_mends_it() {
 #[test]
 fn a_full_disk_is_told_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = small_scene(folder.path());
-    let out = folder.path().join("a.npy");
-    // Files may grow to 8 blocks of 512 or 1,024 bytes: less than the picture takes.
-    let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" render \"$1\" -o \"$2\" --size 64x64 --adapter software";
-    let mut command = Command::new("sh");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_murrine")]).arg(&scene).arg(&out);
-    let output = command.output().unwrap();
-    let told = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("a.npy: can't write it") && told.contains("free some space"), "{told}");
-    assert_eq!(names_in(folder.path()), ["small.toml"]);
+    let scene = small_scene(folder.path()).display().to_string();
+    let golden = "[[golden]]\nname = \"a\"\nabout = \"a\"\nscene = \"small.toml\"\nsize = [64, 48]\n\
+        control = \"effect.refraction=none\"\n";
+    let goldens = folder.path().join("screenshots");
+    std::fs::create_dir(&goldens).unwrap();
+    std::fs::write(goldens.join("goldens.toml"), golden).unwrap();
+    let inside = |name: &str| folder.path().join(name).display().to_string();
+    // Files may grow to one block of 512 or 1,024 bytes: less than any of these takes.
+    let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\" --adapter software";
+    let (npy, voxels) = (inside("a.npy"), inside("v.npy"));
+    let commands: [(&str, Vec<&str>); 3] = [
+        ("a.npy", vec!["render", &scene, "-o", &npy, "--size", "64x64"]),
+        ("v.npy", vec!["voxelize", &scene, "-o", &voxels, "--grid", "32"]),
+        ("a.png", vec!["golden", "--folder", goldens.to_str().unwrap(), "update"]),
+    ];
+    for (name, arguments) in commands {
+        let output =
+            Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_murrine")]).args(&arguments).output().unwrap();
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(&format!("{name}: can't write it")) && told.contains("free some space"), "{told}");
+        assert_eq!(told.matches("error:").count(), 1, "{told}");
+        assert_eq!(names_in(folder.path()), ["screenshots", "small.toml"]);
+        assert_eq!(names_in(&goldens), ["goldens.toml"]);
+    }
 }
 
 #[test]

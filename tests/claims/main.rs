@@ -19,7 +19,6 @@ mod optics;
 mod parts;
 mod probe;
 mod scene_files;
-mod scene_fuzz;
 mod shaders;
 mod shipped_goldens;
 mod stages;

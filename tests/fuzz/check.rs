@@ -1,5 +1,6 @@
 //! What must hold of everything that the readers accept, however odd. A breach panics; a refusal is told in words.
 
+use super::mutate::ASSIGNMENT;
 use murrine::scene::description::{Model, Scene, Shape};
 use murrine::scene::geometry::Geometry;
 use murrine::scene::{World, environment, file, gltf, pose, shapes};
@@ -66,8 +67,13 @@ fn whole(model: &Geometry) {
 }
 
 /// A scene is refused with one line, or reads the same when written, and can be posed; then tells what is notable.
+/// Lines that start with `#set ` are assignments, made first, each refused with one line or not.
 pub(crate) fn scene(bytes: &[u8]) -> Result<String, String> {
-    let text = String::from_utf8_lossy(bytes);
+    let mut text = String::from_utf8_lossy(bytes).into_owned();
+    let assignments: Vec<String> = text.lines().filter_map(|l| l.strip_prefix(ASSIGNMENT)).map(str::to_owned).collect();
+    for assignment in assignments {
+        text = file::set(&text, &assignment).map_err(|e| one_line(&e.to_string()))?;
+    }
     let methods: Vec<&str> = murrine::voxelize::METHODS.iter().map(|m| m.name).collect();
     let path = Path::new("scene.toml");
     let (scene, warnings) = file::parse(&text, path, &methods).map_err(|e| one_line(&e.to_string()))?;

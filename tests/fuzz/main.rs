@@ -43,7 +43,7 @@ const READERS: [Reader; 3] = [
         name: "scene",
         seeds: &["tests/fuzz/corpus/scene", "tests/hostile/scenes", "scenes"],
         check: check::scene,
-        mutate: mutate::text,
+        mutate: mutate::scene,
     },
     Reader {
         name: "environment",
@@ -89,7 +89,7 @@ fn run(reader: &Reader, cases: u64, seed: u64, also: &[&str], keep: bool) -> Exi
         let input = match usize::try_from(case).ok().filter(|_| case < untouched) {
             Some(i) => pool[i].clone(),
             None => {
-                let mut dice = Dice::new(seed.wrapping_mul(0x1_0000_0001).wrapping_add(case));
+                let mut dice = Dice::of_case(seed, case);
                 // Mostly from what was accepted: changes of those reach deeper.
                 let from = if dice.below(4) > 0 { &good } else { &pool };
                 let from = if from.is_empty() { &pool } else { from };

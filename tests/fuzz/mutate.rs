@@ -8,6 +8,11 @@ impl Dice {
         Self(seed)
     }
 
+    /// For the `case`th input of a run.
+    pub(crate) fn of_case(seed: u64, case: u64) -> Self {
+        Self::new(seed.wrapping_mul(0x1_0000_0001).wrapping_add(case))
+    }
+
     fn roll(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -100,6 +105,38 @@ const WORDS: [&str; 40] = [
     "\"wave\"",
     "\"..\"",
 ];
+/// What TOML is made of, whole and torn.
+const PIECES: [&str; 24] = [
+    "[[",
+    "]]",
+    "[",
+    "{",
+    "}",
+    "\"",
+    "\"\"\"",
+    "'''",
+    "=",
+    ".",
+    ",",
+    "#",
+    "\n",
+    "\r\n",
+    "\0",
+    "\u{feff}",
+    "é",
+    "🐟",
+    "[[model]]\n",
+    "[[model.material]]\n",
+    "[[model.deformer]]\n",
+    "{ shape = \"box\" }",
+    "1979-05-27T07:32:00Z",
+    "0x7fffffff",
+];
+/// Steps of an assignment's path.
+const STEPS: [&str; 12] =
+    ["model", "light", "camera", "effect", "grid", "material", "deformer", "0", "1", "99", "eye", "name"];
+/// Starts the line of an assignment; a comment to TOML.
+pub(crate) const ASSIGNMENT: &str = "#set ";
 /// Bit patterns of single-precision numbers that break things.
 const FLOATS: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.0, 0.0, 1e-40, 1e20];
 
@@ -118,18 +155,37 @@ pub(crate) fn model(dice: &mut Dice, input: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// One to three changes of a text.
-pub(crate) fn text(dice: &mut Dice, input: &[u8]) -> Vec<u8> {
+/// One to three changes of a scene's text; sometimes an assignment (see `check::scene`) is among them.
+pub(crate) fn scene(dice: &mut Dice, input: &[u8]) -> Vec<u8> {
     let mut text = input.to_vec();
     for _ in 0..=dice.below(3) {
-        match dice.below(16) {
+        match dice.below(20) {
             0 => flip(dice, &mut text),
             1 => truncate(dice, &mut text),
             2 => move_line(dice, &mut text),
+            3 | 4 => insert_piece(dice, &mut text),
+            5 | 6 => assign(dice, &mut text),
             _ => change_token(dice, &mut text),
         }
     }
     text
+}
+
+/// Puts a piece of TOML in the place of a few bytes, anywhere.
+fn insert_piece(dice: &mut Dice, text: &mut Vec<u8>) {
+    let at = dice.below(text.len() + 1);
+    let end = (at + dice.below(3) * dice.below(20)).min(text.len());
+    text.splice(at..end, dice.pick(&PIECES).bytes());
+}
+
+/// Appends an assignment as `--set` takes them.
+fn assign(dice: &mut Dice, text: &mut Vec<u8>) {
+    let mut path: Vec<&str> = (0..=dice.below(4)).map(|_| dice.pick(&STEPS)).collect();
+    if dice.below(8) == 0 {
+        path.push(dice.pick(&WORDS));
+    }
+    let value = if dice.below(2) == 0 { dice.pick(&WORDS) } else { dice.pick(&NUMBERS) };
+    text.extend(format!("\n{ASSIGNMENT}{}={value}", path.join(".")).bytes());
 }
 
 fn flip(dice: &mut Dice, bytes: &mut [u8]) {
