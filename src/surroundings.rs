@@ -18,10 +18,6 @@ pub use crate::scene::description::{MAX_LIGHTS, MAX_PLANES};
 /// The most layers of light on planes; lights past them cast hard shadows there.
 pub const MAX_PLANE_LAYERS: u32 = 16;
 
-/// Half the angle under which every light is seen, radians: a low sun through thin haze. It widens highlights and softens
-/// shadows; how much light arrives does not hang on it.
-const LIGHT_ANGULAR_RADIUS: f32 = 0.06;
-
 crate::gpu_struct! {
     /// A light as shaders see it.
     pub struct LightData {
@@ -266,7 +262,7 @@ fn set_background(data: &mut Surroundings, background: &Background, camera: &Cam
 fn light_data(light: &Light, grids: Range<u32>) -> LightData {
     let mut data: LightData = bytemuck::Zeroable::zeroed();
     data.radiance = light.color * light.intensity;
-    data.angular_radius = LIGHT_ANGULAR_RADIUS;
+    data.angular_radius = light.angular_radius_deg.to_radians();
     data.first_layer = u32::MAX;
     data.grid_count = grids.end.saturating_sub(grids.start);
     data.first_grid = if data.grid_count == 0 { u32::MAX } else { grids.start };

@@ -280,6 +280,9 @@ impl Default for Background {
     }
 }
 
+/// Half the angles under which lights may be seen, degrees: from the sun's to a wide lamp's.
+pub const ANGULAR_RADIUS_DEG: std::ops::RangeInclusive<f32> = 0.25..=30.0;
+
 /// A light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
@@ -289,6 +292,9 @@ pub struct Light {
     pub color: Vec3,
     /// Directional: irradiance at normal incidence. Point and spot: radiant intensity (falls with distance²).
     pub intensity: f32,
+    /// Half the angle under which it is seen, degrees: how wide highlights are and how soft the edges of shadows. How much
+    /// light arrives does not hang on it.
+    pub angular_radius_deg: f32,
     /// Whether it throws shadows (and so has a grid).
     pub casts_shadow: bool,
 }
@@ -325,6 +331,7 @@ impl Default for Light {
             kind: LightKind::Directional { direction: Vec3::new(0.4, -1.0, 0.25).normalize() },
             color: Vec3::ONE,
             intensity: 3.0,
+            angular_radius_deg: 3.44, // a low sun through thin haze
             casts_shadow: true,
         }
     }

@@ -373,10 +373,12 @@ fn soft_shadows_on_a_plane_take_as_much_light_as_sharp_ones() {
 #[test]
 fn shadows_on_a_plane_are_crisp_near_the_body_and_soft_far_from_it() {
     let mut widths = Vec::new();
-    for height in [0.02, 0.5, 0.9] {
+    for (height, angular_radius_deg) in [(0.02, 3.44), (0.5, 3.44), (0.9, 3.44), (0.9, 1.72)] {
         let body =
             model(Shape::Box { min: Vec3::new(-1.0, height, -1.0), max: Vec3::new(1.0, height + 0.1, 1.0) }, opaque());
-        let lit = Lit::new(&over_ground(body, Vec3::NEG_Y));
+        let mut scene = over_ground(body, Vec3::NEG_Y);
+        scene.lights[0].angular_radius_deg = angular_radius_deg;
+        let lit = Lit::new(&scene);
         // Across an edge, from dark to light.
         let points: Vec<Vec3> = (0..800).map(|i| Vec3::new(0.7 + i as f32 * 0.75e-3, 0.0, 0.1)).collect();
         let answers = lit.on_plane(0, &points);
@@ -385,8 +387,8 @@ fn shadows_on_a_plane_are_crisp_near_the_body_and_soft_far_from_it() {
         assert!((at(0.5) - 1.0).abs() < 0.02, "the edge stays where it is: {}", at(0.5));
         widths.push(at(0.9) - at(0.1));
     }
-    // A disc of angular radius 0.06 seen past an edge: from 10% to 90% over 1.28 of its radius.
-    for (width, height) in widths[1..].iter().zip([0.5, 0.9]) {
+    // A disc of angular radius 0.06 seen past an edge: from 10% to 90% over 1.28 of its radius. Half as large, half as soft.
+    for (width, height) in widths[1..].iter().zip([0.5, 0.9, 0.45]) {
         let truth = 1.28 * 0.06 * height;
         assert!((width / truth - 1.0).abs() < 0.35, "{width} wide instead of {truth}");
     }

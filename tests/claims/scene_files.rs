@@ -161,6 +161,7 @@ fn unusual() -> Scene {
         kind: LightKind::Directional { direction: Vec3::new(1.0, 2.0, 3.0).normalize() },
         color: Vec3::X,
         intensity: 0.1,
+        angular_radius_deg: 9.0,
         casts_shadow: false,
     });
     let wave = Deformer::Wave { axis: 2, along: 0, amplitude: 0.3, wavelength: 1.7, hz: -1.0 };

@@ -261,6 +261,7 @@ fn a_matte_floor_sends_back_albedo_over_pi_of_what_arrives() {
         kind: LightKind::Directional { direction: Vec3::new(0.6, -0.8, 0.0) },
         color: Vec3::new(1.0, 0.5, 0.25),
         intensity: 4.0,
+        angular_radius_deg: 3.0,
         casts_shadow: true,
     };
     let bulb = Light { kind: LightKind::Point { position: Vec3::new(0.0, 2.0, 0.0) }, color: Vec3::ONE, ..sun };

@@ -2,7 +2,7 @@
 
 use super::rows::{angle, color, log_slider, quiet, row, slider, tick, vector};
 use crate::scene::Scene;
-use crate::scene::description::{Background, Light, LightKind};
+use crate::scene::description::{ANGULAR_RADIUS_DEG, Background, Light, LightKind};
 use crate::surroundings::MAX_LIGHTS;
 use egui::{CollapsingHeader, ComboBox, Ui};
 use glam::Vec3;
@@ -61,6 +61,8 @@ fn edit(ui: &mut Ui, light: &mut Light, kind: &str) {
     }
     color(ui, "Colour", "linear", &mut light.color);
     log_slider(ui, "Intensity", "irradiance; point and spot: radiant intensity", &mut light.intensity, 0.01..=1000.0);
+    let seen = "half the angle under which it is seen: wider highlights, softer shadows";
+    angle(ui, "Size", seen, &mut light.angular_radius_deg, ANGULAR_RADIUS_DEG);
     tick(ui, "Casts shadow", "has a grid of its own", &mut light.casts_shadow);
 }
 

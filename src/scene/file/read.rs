@@ -3,8 +3,8 @@
 use super::paths;
 use super::section::{FARTHEST, OneOrThree, Section, Text, unavailable, unknown};
 use crate::scene::description::{
-    Align, Background, Camera, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind, MAX_LIGHTS, MAX_PLANES,
-    MaterialOverride, Model, Projection, Scene, Separability, Shape, Source, VoxelizerSettings,
+    ANGULAR_RADIUS_DEG, Align, Background, Camera, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind,
+    MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Scene, Separability, Shape, Source, VoxelizerSettings,
 };
 use crate::scene::{SceneError, Warning};
 use glam::{UVec3, Vec3};
@@ -246,6 +246,9 @@ fn light(mut from: Section<'_>) -> Result<Light, SceneError> {
         kind,
         color: from.vector("color", 0.0..=FARTHEST)?.unwrap_or(default.color),
         intensity: from.number("intensity", 0.0..=FARTHEST)?.unwrap_or(default.intensity),
+        angular_radius_deg: from
+            .number("angular_radius_deg", ANGULAR_RADIUS_DEG)?
+            .unwrap_or(default.angular_radius_deg),
         casts_shadow: from.flag("casts_shadow")?.unwrap_or(default.casts_shadow),
     };
     from.finish()?;

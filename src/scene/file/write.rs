@@ -163,6 +163,7 @@ fn light(light: &Light) -> Table {
     lines
         .with("color", vector(light.color))
         .with("intensity", number(light.intensity))
+        .with("angular_radius_deg", number(light.angular_radius_deg))
         .with_some("casts_shadow", (!light.casts_shadow).then_some(false))
         .0
 }
