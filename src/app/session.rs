@@ -170,7 +170,7 @@ impl Session {
         let folder = folder_of(path);
         let is_elsewhere = folder.canonicalize().ok() != folder_of(&self.scene.folder.join("x")).canonicalize().ok();
         let scene = if is_elsewhere { moved_to(&self.scene, folder) } else { self.scene.clone() };
-        let text = crate::scene::file::to_toml(&scene);
+        let text = self.text_of(&scene, &target);
         match crate::image::atomically(&target, |file| file.write_all(text.as_bytes())) {
             Ok(()) => {
                 self.as_read = self.scene.clone();
@@ -178,6 +178,15 @@ impl Session {
                 self.notices.tell(Topic::Files, Severity::Done, format!("saved {}", path.display()));
             }
             Err(e) => self.notices.tell(Topic::Files, Severity::Error, format!("the scene was not saved: {e}")),
+        }
+    }
+
+    /// The text of a scene file at `path`; as much as can be of the file that is open, with its comments.
+    fn text_of(&self, scene: &Scene, path: &Path) -> String {
+        let open = self.path.as_deref().filter(|open| is_scene(open));
+        match open.and_then(|open| crate::scene::file::text_of(open).ok()) {
+            Some(text) => crate::scene::file::amended(&text, scene, path, &crate::headless::methods()),
+            None => crate::scene::file::to_toml(scene),
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! [`read()`] is the way in. Every complaint is `file:line:column: what is wrong; what to do`.
 
+mod amend;
 mod paths;
 mod read;
 mod section;
@@ -13,6 +14,7 @@ use section::Text;
 use std::path::Path;
 use toml_edit::Document;
 
+pub use amend::amended;
 pub use read::{BACKGROUNDS, DEFORMERS, LIGHTS, SHAPES};
 pub use set::set;
 pub use write::to_toml;

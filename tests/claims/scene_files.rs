@@ -306,3 +306,47 @@ fn every_word_reads_back_to_its_choice() {
     check::<Hit>();
     check::<Shadow>();
 }
+
+#[test]
+fn a_scene_written_into_its_own_text_keeps_every_line_that_did_not_change() {
+    let methods = all_methods();
+    for entry in std::fs::read_dir("scenes").unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (read, _) = file::parse(&text, &path, &methods).unwrap();
+        assert_eq!(file::amended(&text, &read, &path, &methods), text, "{}: nothing was changed", path.display());
+
+        let mut edited = read.clone();
+        edited.effect.exposure = 1.625;
+        edited.camera.fov_deg = 27.5;
+        edited.background = Background::Color { color: Vec3::new(0.25, 0.5, 0.75) };
+        edited.lights.push(Light { intensity: 1.5, ..Light::default() });
+        let over = MaterialOverride { ior: Some(1.375), ..MaterialOverride::default() };
+        edited.models[0].materials.push(over);
+        edited.models[0].translate.y += 0.125;
+        let amended = file::amended(&text, &edited, &path, &methods);
+        let (again, _) = file::parse(&amended, &path, &methods).unwrap();
+        assert_eq!(again, edited, "{}: {amended}", path.display());
+        let comments = text.lines().filter(|line| line.starts_with('#'));
+        for comment in comments {
+            assert!(amended.contains(comment), "{}: lost `{comment}`", path.display());
+        }
+        assert!(!file::to_toml(&edited).contains('#'), "the control has comments by itself");
+
+        // And back: what is the default again is no longer said.
+        let back = file::amended(&amended, &read, &path, &methods);
+        assert_eq!(file::parse(&back, &path, &methods).unwrap().0, read);
+        assert!(!back.contains("1.625"));
+    }
+}
+
+#[test]
+fn a_text_that_can_not_be_amended_is_written_anew() {
+    let (path, methods) = (Path::new("scenes/x.toml"), all_methods());
+    let (mut scene, _) = file::parse("[[model]]\nshape = \"icosphere\"\n", path, &methods).unwrap();
+    scene.effect.max_events = 3;
+    for broken in ["", "[camera", "# framed\n[camera]\nframe = true\n[[model]]\nshape = \"icosphere\"\n"] {
+        let text = file::amended(broken, &scene, path, &methods);
+        assert_eq!(file::parse(&text, path, &methods).unwrap().0, scene, "{text}");
+    }
+}

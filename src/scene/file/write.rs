@@ -13,6 +13,11 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value};
 /// The text of a scene file that says what `scene` says.
 #[must_use]
 pub fn to_toml(scene: &Scene) -> String {
+    document(scene).to_string()
+}
+
+/// A scene file that says what `scene` says.
+pub(super) fn document(scene: &Scene) -> DocumentMut {
     let mut document = DocumentMut::new();
     let mut section = |name: &str, table: Table| {
         if !table.is_empty() {
@@ -32,7 +37,7 @@ pub fn to_toml(scene: &Scene) -> String {
         document.insert("light", list(scene.lights.iter().map(light)));
     }
     document.insert("model", list(scene.models.iter().map(model)));
-    document.to_string()
+    document
 }
 
 /// A table that grows by one line at a time.
