@@ -204,7 +204,7 @@ pub const ACTIONS: &[Action] = &[
     action(ActionId::LargerText, "Larger text", Group::Window, &[ctrl_sign(Key::Plus), ctrl_sign(Key::Equals)], ""),
     action(ActionId::SmallerText, "Smaller text", Group::Window, &[ctrl_sign(Key::Minus)], ""),
     action(ActionId::Help, "Help", Group::Window, &[plain(Key::H), sign(Key::Questionmark), plain(Key::F1)], "these keys"),
-    action(ActionId::Leave, "Leave", Group::Window, &[plain(Key::Escape)], "closes the help, then full screen; never the program"),
+    action(ActionId::Leave, "Leave", Group::Window, &[plain(Key::Escape)], "closes what is open, then full screen; never the program"),
 ];
 
 /// What the mouse does, for the help.
@@ -213,6 +213,7 @@ pub const GESTURES: &[(&str, &str)] = &[
     ("Shift+left or middle drag", "pan"),
     ("Wheel or pinch", "zoom"),
     ("Drop a .toml, .glb or .gltf file", "opens it"),
+    ("Drop a .hdr or .exr file", "lights the scene by it"),
 ];
 
 /// Keys that presenters' clickers send.

@@ -2,6 +2,7 @@
 //!
 //! One job waits at most: a newer one takes its place. Answers carry their job's number, so that a late one is known.
 
+use crate::scene::description::Background;
 use crate::scene::{Scene, SceneError, Warning, World};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -15,6 +16,8 @@ pub enum Reason {
     Reload,
     /// A file of it changed.
     Changed,
+    /// It is to have another background.
+    Background,
 }
 
 /// What to read.
@@ -28,6 +31,8 @@ pub struct Job {
     pub path: Option<PathBuf>,
     /// `path=value` assignments applied to it.
     pub sets: Vec<String>,
+    /// The background to load instead of its own.
+    pub background: Option<Background>,
     /// What is loaded already.
     pub previous: World,
 }
@@ -78,8 +83,8 @@ impl Loader {
         let theirs = Arc::clone(&inbox);
         std::thread::Builder::new().name("loader".to_owned()).spawn(move || {
             while let Some(job) = theirs.next() {
-                let Job { number, reason, path, sets, previous } = job;
-                let result = load(path.as_deref(), &sets, &previous);
+                let Job { number, reason, path, sets, background, previous } = job;
+                let result = load(path.as_deref(), &sets, background, &previous);
                 answer(Answer { number, reason, path, result });
             }
         })?;
@@ -118,16 +123,25 @@ impl Inbox {
     }
 }
 
-/// Reads a scene or a model (`None`: the built-in scene) and loads what it names.
+/// Reads a scene or a model (`None`: the built-in scene), gives it another background if there is one, and loads what it
+/// names.
 ///
 /// # Errors
 /// The first thing that can't be used, with place and remedy.
-pub fn load(path: Option<&Path>, sets: &[String], previous: &World) -> Result<Loaded, SceneError> {
+pub fn load(
+    path: Option<&Path>,
+    sets: &[String],
+    background: Option<Background>,
+    previous: &World,
+) -> Result<Loaded, SceneError> {
     let methods: Vec<&str> = crate::voxelize::METHODS.iter().map(|m| m.name).collect();
     let (mut scene, mut warnings) = match path {
         Some(path) => crate::scene::file::read(path, sets, &methods)?,
         None => (super::fallback::scene(), Vec::new()),
     };
+    if let Some(background) = background {
+        scene.background = background;
+    }
     let world = World::load(&scene, Some(previous))?;
     crate::scene::framing::frame(&mut scene, &world);
     warnings.extend(world.warnings.iter().cloned());

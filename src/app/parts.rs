@@ -4,6 +4,8 @@ use glam::UVec2;
 
 /// A part should take this long, milliseconds. It is what an input may have to wait for.
 pub const PART_MS: f64 = 40.0;
+/// No picture has more parts than about this many: each costs some milliseconds of its own.
+const MOST_PARTS: u32 = 32;
 /// Rows of the first part where nothing is known yet.
 const FIRST_ROWS: u32 = 64;
 
@@ -11,6 +13,7 @@ const FIRST_ROWS: u32 = 64;
 #[derive(Debug, Clone, Copy)]
 pub struct Parts {
     rows: u32,
+    least_rows: u32,
     most_rows: u32,
     spent_ms: f64,
 }
@@ -19,7 +22,7 @@ impl Parts {
     /// One part, for a picture that is wanted at once.
     #[must_use]
     pub fn whole() -> Self {
-        Self { rows: u32::MAX, most_rows: u32::MAX, spent_ms: 0.0 }
+        Self { rows: u32::MAX, least_rows: u32::MAX, most_rows: u32::MAX, spent_ms: 0.0 }
     }
 
     /// The parts of a picture of this size that is expected to take so long; 0 where that is not known.
@@ -36,7 +39,8 @@ impl Parts {
                 (average / 2, average)
             }
         };
-        Self { rows, most_rows, spent_ms: 0.0 }
+        let least_rows = size.y.div_ceil(MOST_PARTS);
+        Self { rows: rows.max(least_rows), least_rows, most_rows: most_rows.max(least_rows), spent_ms: 0.0 }
     }
 
     /// Rows of the next part, at most.
@@ -50,7 +54,7 @@ impl Parts {
         self.spent_ms += ms;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         let rows = (f64::from(self.rows) * (PART_MS / ms).clamp(0.1, 2.0)) as u32;
-        self.rows = rows.clamp(1, self.most_rows.max(1));
+        self.rows = rows.clamp(self.least_rows, self.most_rows);
     }
 
     /// What all parts together took, milliseconds.

@@ -10,7 +10,7 @@ use super::timeline::Timeline;
 use super::view::View;
 use crate::scene::description::{Background, Source};
 use crate::scene::framing::bounds_of_bodies;
-use crate::scene::{Scene, World};
+use crate::scene::{Scene, SceneError, World, file};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -65,6 +65,10 @@ impl Session {
                 match reason {
                     Reason::Open => self.open(path, loaded),
                     Reason::Reload | Reason::Changed => self.reload(loaded, reason),
+                    Reason::Background => {
+                        self.scene.background = loaded.scene.background;
+                        self.put_world(self.world.surrounded_as(&loaded.world));
+                    }
                 }
             }
         }
@@ -91,6 +95,9 @@ impl Session {
             self.as_read = scene.clone();
             self.scene = Scene { camera, ..scene };
         }
+        // The picture of an environment that the file does not know of (yet).
+        let environment_stays = self.scene.background != self.as_read.background;
+        let world = if environment_stays { world.surrounded_as(&self.world) } else { world };
         if !is_same_world(&world, &self.world) {
             self.put_world(world);
         }
@@ -170,8 +177,10 @@ impl Session {
         let folder = folder_of(path);
         let is_elsewhere = folder.canonicalize().ok() != folder_of(&self.scene.folder.join("x")).canonicalize().ok();
         let scene = if is_elsewhere { moved_to(&self.scene, folder) } else { self.scene.clone() };
-        let text = self.text_of(&scene, &target);
-        match crate::image::atomically(&target, |file| file.write_all(text.as_bytes())) {
+        let written = self.text_of(&scene, &target).map_err(|e| e.to_string()).and_then(|text| {
+            crate::image::atomically(&target, |file| file.write_all(text.as_bytes())).map_err(|e| e.to_string())
+        });
+        match written {
             Ok(()) => {
                 self.as_read = self.scene.clone();
                 self.path = Some(path.to_owned());
@@ -181,12 +190,28 @@ impl Session {
         }
     }
 
-    /// The text of a scene file at `path`; as much as can be of the file that is open, with its comments.
-    fn text_of(&self, scene: &Scene, path: &Path) -> String {
+    /// The text of a scene file at `path`: the one that is open with its comments, as far as it goes. What could not be
+    /// read back is refused.
+    fn text_of(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
+        let methods = crate::headless::methods();
         let open = self.path.as_deref().filter(|open| is_scene(open));
-        match open.and_then(|open| crate::scene::file::text_of(open).ok()) {
-            Some(text) => crate::scene::file::amended(&text, scene, path, &crate::headless::methods()),
-            None => crate::scene::file::to_toml(scene),
+        let text = match open.and_then(|open| file::text_of(open).ok()) {
+            Some(text) => file::amended(&text, scene, path, &methods),
+            None => file::to_toml(scene),
+        };
+        file::parse(&text, path, &methods)?;
+        Ok(text)
+    }
+
+    /// The scene's background with this picture around it.
+    #[must_use]
+    pub fn surrounded_by(&self, file: &Path) -> Background {
+        let file = relative(file, &self.scene.folder).unwrap_or_else(|| file.to_owned());
+        match self.scene.background {
+            Background::Environment { rotate_deg, intensity, .. } => {
+                Background::Environment { file, rotate_deg, intensity }
+            }
+            _ => Background::Environment { file, rotate_deg: 0.0, intensity: 1.0 },
         }
     }
 
@@ -225,6 +250,12 @@ pub fn can_open(path: &Path) -> bool {
     is_scene(path) || path.extension().is_some_and(is_model)
 }
 
+/// True for the name of a picture that can light a scene.
+#[must_use]
+pub fn is_environment(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("hdr") || e.eq_ignore_ascii_case("exr"))
+}
+
 /// The file `by` places after this one among those of its kind in its folder, round and round.
 #[must_use]
 pub fn neighbour(path: &Path, by: i32) -> Option<PathBuf> {
@@ -247,14 +278,7 @@ pub fn neighbour(path: &Path, by: i32) -> Option<PathBuf> {
 /// The scene with its files named from another folder, where they are to be named relatively.
 fn moved_to(scene: &Scene, folder: &Path) -> Scene {
     let mut moved = scene.clone();
-    let from = |file: &Path| {
-        let (Ok(file), Ok(folder)) = (scene.folder.join(file).canonicalize(), folder.canonicalize()) else {
-            return file.to_owned();
-        };
-        let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
-        let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
-        up.chain(file.components().skip(shared)).collect()
-    };
+    let from = |file: &Path| relative(&scene.folder.join(file), folder).unwrap_or_else(|| file.to_owned());
     for model in &mut moved.models {
         if let Source::File(file) = &mut model.source {
             *file = from(file);
@@ -265,6 +289,14 @@ fn moved_to(scene: &Scene, folder: &Path) -> Scene {
     }
     moved.folder = folder.to_owned();
     moved
+}
+
+/// A file's way from a folder, where both are there.
+fn relative(file: &Path, folder: &Path) -> Option<PathBuf> {
+    let (file, folder) = (file.canonicalize().ok()?, folder_of(&folder.join("x")).canonicalize().ok()?);
+    let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
+    Some(up.chain(file.components().skip(shared)).collect())
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -4,7 +4,7 @@ use super::actions::{self, ActionId};
 use super::loader::{Answer, Job, Loader, Reason};
 use super::notices::{Severity, Topic};
 use super::painter::{PaintInput, Painted};
-use super::panels::{self, Chrome, Command, Stage};
+use super::panels::{self, Chrome, Command, Leaving, Stage};
 use super::pictures::{Next, Wish};
 use super::session::{self, Session};
 use super::timeline::KEY_STEP_SECS;
@@ -13,6 +13,7 @@ use super::window::Opened;
 use super::{AppError, Options, screenshot};
 use crate::gpu::{GpuError, buffer};
 use crate::image::Picture;
+use crate::scene::description::Background;
 use glam::UVec2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -90,6 +91,7 @@ pub fn run(options: Options) -> Result<(), AppError> {
         painted: 0,
         reopenings: 0,
         title: String::new(),
+        closing: false,
         failed: None,
         options,
         proxy,
@@ -126,6 +128,7 @@ struct Shell {
     painted: u64,
     reopenings: u32,
     title: String,
+    closing: bool,
     failed: Option<AppError>,
 }
 
@@ -183,7 +186,7 @@ impl ApplicationHandler<Event> for Shell {
             self.redraw();
         }
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested => self.leave(Leaving::Close),
             WindowEvent::RedrawRequested => self.draw(event_loop),
             WindowEvent::DroppedFile(path) => {
                 self.chrome.dropping = false;
@@ -196,6 +199,9 @@ impl ApplicationHandler<Event> for Shell {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.closing {
+            event_loop.exit();
+        }
         event_loop.set_control_flow(self.redraw_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
@@ -412,6 +418,19 @@ impl Shell {
             Command::Open(path) => self.open_file(&path),
             Command::SaveAs(path) => self.save(&path),
             Command::Measure => self.wish.measure = true,
+            Command::SaveAndLeave => {
+                self.save(&self.session.save_path());
+                let saved = !self.session.is_edited();
+                if let Some(leaving) = self.chrome.leaving.take().filter(|_| saved) {
+                    self.go(leaving);
+                }
+            }
+            Command::Leave => {
+                if let Some(leaving) = self.chrome.leaving.take() {
+                    self.go(leaving);
+                }
+            }
+            Command::Stay => self.chrome.leaving = None,
         }
     }
 
@@ -435,13 +454,19 @@ impl Shell {
             ActionId::Save => self.save(&self.session.save_path()),
             ActionId::Undo => session.undo(),
             ActionId::Redo => session.redo(),
-            ActionId::ResetScene => session.reset_scene(),
+            ActionId::ResetScene => {
+                session.reset_scene();
+                if let environment @ Background::Environment { .. } = session.scene.background.clone() {
+                    self.request_with(Reason::Background, self.session.path.clone(), Some(environment));
+                }
+            }
             ActionId::Screenshot => self.shot = true,
             ActionId::Panels => self.chrome.panels = !self.chrome.panels,
             ActionId::FullScreen => self.set_full_screen(!self.is_full_screen()),
             ActionId::LargerText => ctx.set_zoom_factor((ctx.zoom_factor() * TEXT_STEP).min(3.0)),
             ActionId::SmallerText => ctx.set_zoom_factor((ctx.zoom_factor() / TEXT_STEP).max(0.5)),
             ActionId::Help => self.chrome.help = !self.chrome.help,
+            ActionId::Leave if self.chrome.leaving.is_some() => self.chrome.leaving = None,
             ActionId::Leave if self.chrome.help => self.chrome.help = false,
             ActionId::Leave => self.set_full_screen(false),
         }
@@ -472,11 +497,36 @@ impl Shell {
 
     fn open_file(&mut self, path: &Path) {
         if session::can_open(path) {
-            self.wanted = Some(path.to_owned());
-            self.request(Reason::Open, self.wanted.clone());
+            self.leave(Leaving::Open(path.to_owned()));
+        } else if session::is_environment(path) {
+            let background = self.session.surrounded_by(path);
+            self.request_with(Reason::Background, self.session.path.clone(), Some(background));
         } else {
-            let text = format!("{}: neither a scene (.toml) nor a model (.glb, .gltf)", path.display());
+            let text = format!(
+                "{}: neither a scene (.toml) nor a model (.glb, .gltf) nor an environment (.hdr, .exr)",
+                path.display()
+            );
             self.session.notices.tell(Topic::Scene, Severity::Error, text);
+        }
+    }
+
+    /// Leaves the scene; asks first where edits would be lost.
+    fn leave(&mut self, leaving: Leaving) {
+        if self.session.is_open && self.session.is_edited() {
+            self.chrome.leaving = Some(leaving);
+            self.redraw();
+        } else {
+            self.go(leaving);
+        }
+    }
+
+    fn go(&mut self, leaving: Leaving) {
+        match leaving {
+            Leaving::Close => self.closing = true,
+            Leaving::Open(path) => {
+                self.wanted = Some(path);
+                self.request(Reason::Open, self.wanted.clone());
+            }
         }
     }
 
@@ -495,14 +545,18 @@ impl Shell {
         }
     }
 
-    /// Hands a job to the loader. Assignments of the command line hold for the scene it named.
     fn request(&mut self, reason: Reason, path: Option<PathBuf>) {
+        self.request_with(reason, path, None);
+    }
+
+    /// Hands a job to the loader. Assignments of the command line hold for the scene it named.
+    fn request_with(&mut self, reason: Reason, path: Option<PathBuf>, background: Option<Background>) {
         self.job_number += 1;
         let name = path.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
         self.chrome.loading = Some(name.unwrap_or_else(|| "the built-in scene".to_owned()));
         let sets = if path == self.options.scene { self.options.sets.clone() } else { Vec::new() };
         let previous = self.session.world.clone();
-        self.loader.request(Job { number: self.job_number, reason, path, sets, previous });
+        self.loader.request(Job { number: self.job_number, reason, path, sets, background, previous });
         self.redraw();
     }
 
@@ -515,7 +569,7 @@ impl Shell {
         self.session.receive(answer);
         if let Some(fault) = fault.filter(|_| !self.session.is_open) {
             // Nothing was ever shown: the built-in scene, with the fault beside it.
-            if let Ok(loaded) = super::loader::load(None, &[], &self.session.world) {
+            if let Ok(loaded) = super::loader::load(None, &[], None, &self.session.world) {
                 let answer = Answer { number: 0, reason: Reason::Open, path: None, result: Ok(loaded) };
                 self.session.receive(answer);
                 self.session.notices.tell(Topic::Scene, Severity::Error, fault);

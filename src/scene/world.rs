@@ -110,6 +110,16 @@ impl World {
         Ok(())
     }
 
+    /// This world with the environment picture of another one.
+    #[must_use]
+    pub fn surrounded_as(&self, other: &Self) -> Self {
+        Self {
+            environment: other.environment.clone(),
+            environment_stamp: other.environment_stamp.clone(),
+            ..self.clone()
+        }
+    }
+
     /// Every file that was read: what to watch for changes.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {

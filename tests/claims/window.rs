@@ -5,7 +5,7 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use murrine::app::actions::{self, ACTIONS, ActionId, CLICKER_KEYS, Group};
 use murrine::app::history::History;
 use murrine::app::notices::{Notices, Severity, Topic};
-use murrine::app::panels::{self, Chrome, Stage};
+use murrine::app::panels::{self, Chrome, Leaving, Stage};
 use murrine::app::parts::{PART_MS, Parts};
 use murrine::app::pictures::Measured;
 use murrine::app::resolution::{GOOD_SCALE, Resolution, SLOWEST_MS, SMOOTH_MS, STEPS};
@@ -261,6 +261,13 @@ fn an_input_waits_for_one_part_of_the_sharp_picture_and_not_for_all_of_it() {
         let most = if expected_ms < 500.0 { 10.0 } else { 2.0 };
         assert!(longest < most * PART_MS, "{longest} ms, expecting {expected_ms} ms");
     }
+    // Where every part takes long, whatever it has to do, smaller ones would not help.
+    let (mut parts, mut left, mut count) = (Parts::of(size, 9e3), 0..size.y, 0);
+    while !left.is_empty() {
+        parts.measured(60.0 + take_rows(&mut left, parts.rows()).map(ms_of).sum::<f64>());
+        count += 1;
+    }
+    assert!((16..=48).contains(&count), "{count} parts");
     assert!(Parts::of(size, 0.9 * PART_MS).rows() >= size.y, "a short frame is cut in pieces");
 }
 
@@ -320,7 +327,7 @@ fn a_notice_is_shown_once_until_it_changes() {
 }
 
 fn opened(path: Option<&std::path::Path>, reason: loader::Reason, session: &mut Session) {
-    let result = loader::load(path, &[], &session.world);
+    let result = loader::load(path, &[], None, &session.world);
     let path = path.map(ToOwned::to_owned);
     session.receive(loader::Answer { number: 0, reason, path, result });
 }
@@ -345,6 +352,45 @@ fn a_bad_file_keeps_the_last_good_scene_and_tells() {
 }
 
 #[test]
+fn a_dropped_environment_lights_the_scene_and_a_broken_one_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (good, bad) = (folder.path().join("sky.hdr"), folder.path().join("bad.hdr"));
+    std::fs::write(&good, include_bytes!("../fuzz/corpus/environment/seed.hdr")).unwrap();
+    std::fs::write(&bad, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4").unwrap();
+    let mut session = Session::default();
+    opened(None, loader::Reason::Open, &mut session);
+    let before = session.scene.clone();
+    let drop = |file: &std::path::Path, session: &mut Session| {
+        let background = Some(session.surrounded_by(file));
+        let result = loader::load(None, &[], background, &session.world);
+        session.receive(loader::Answer { number: 0, reason: loader::Reason::Background, path: None, result });
+        session.observe_edits(false);
+    };
+    drop(&bad, &mut session);
+    assert_eq!(session.scene, before, "a broken picture changed the scene");
+    assert!(session.notices.shown()[0].text.contains("bad.hdr"), "{}", session.notices.shown()[0].text);
+    drop(&good, &mut session);
+    assert!(session.world.environment.is_some() && session.is_edited() && session.notices.shown().is_empty());
+    opened(None, loader::Reason::Changed, &mut session);
+    assert!(session.world.environment.is_some(), "a reload of the file's models took the dropped picture away");
+    session.undo();
+    assert!(session.world.environment.is_none() && session.scene == before);
+}
+
+#[test]
+fn edits_that_would_be_lost_are_asked_after() {
+    let mut session = Session::default();
+    opened(None, loader::Reason::Open, &mut session);
+    let mut chrome = Chrome { leaving: Some(Leaving::Open("fox.glb".into())), ..Chrome::default() };
+    let mut said = |label: &str, session: &mut Session| click(label, session, &mut chrome);
+    assert_eq!(said("Save", &mut session), [panels::Command::SaveAndLeave]);
+    assert_eq!(said("Discard", &mut session), [panels::Command::Leave]);
+    assert_eq!(said("Cancel", &mut session), [panels::Command::Stay]);
+    chrome.leaving = None;
+    assert_eq!(click("Discard", &mut session, &mut chrome), [], "it asks without need");
+}
+
+#[test]
 fn a_saved_scene_is_whole_and_reads_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("saved.toml");
@@ -356,7 +402,7 @@ fn a_saved_scene_is_whole_and_reads_back() {
     assert!(!session.is_edited());
     let entries = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(entries, 1, "a temporary file was left behind");
-    let saved = loader::load(Some(&path), &[], &World::default()).unwrap();
+    let saved = loader::load(Some(&path), &[], None, &World::default()).unwrap();
     assert_eq!(saved.scene.effect, session.scene.effect);
     assert_eq!(saved.scene.models, session.scene.models);
     session.save(&folder.path().join("no such folder/x.toml"));
@@ -397,6 +443,47 @@ fn the_scenes_of_a_folder_follow_each_other_round_and_round() {
     assert_eq!(next("fox.glb", 1), folder.path().join("fox.glb"), "models follow models");
 }
 
+/// One painting of the panels: what they ask for, and every text with its place.
+fn run_panels(
+    context: &egui::Context,
+    session: &mut Session,
+    chrome: &mut Chrome,
+    events: Vec<egui::Event>,
+) -> (Vec<panels::Command>, Vec<(String, egui::Pos2)>) {
+    let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 3000.0));
+    let input = egui::RawInput { screen_rect: Some(rect), events, ..Default::default() };
+    let measured = &Measured::default();
+    let mut stage = Stage { session, chrome, measured, frame: None, adapter: "none", commands: Vec::new() };
+    let mut output = context.run_ui(input, |ui| {
+        panels::show(ui, &mut stage);
+    });
+    let texts = std::mem::take(&mut output.shapes).into_iter().filter_map(|shape| match shape.shape {
+        egui::Shape::Text(text) => Some((text.galley.text().to_owned(), text.visual_bounding_rect().center())),
+        _ => None,
+    });
+    let texts = texts.collect();
+    output.drop_without_applying_deltas();
+    (stage.commands, texts)
+}
+
+/// Clicks on the topmost text that says this; what the panels then ask for.
+fn click(label: &str, session: &mut Session, chrome: &mut Chrome) -> Vec<panels::Command> {
+    let context = egui::Context::default();
+    let mut run = |events| run_panels(&context, session, chrome, events);
+    run(Vec::new());
+    let (_, texts) = run(Vec::new());
+    let Some((_, pos)) = texts.iter().rfind(|(text, _)| text == label) else { return Vec::new() };
+    let button = |pressed| egui::Event::PointerButton {
+        pos: *pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    run(vec![egui::Event::PointerMoved(*pos)]);
+    run(vec![button(true)]);
+    run(vec![button(false)]).0
+}
+
 #[test]
 fn looking_at_every_panel_edits_nothing() {
     let mut session = Session::default();
@@ -408,23 +495,7 @@ fn looking_at_every_panel_edits_nothing() {
     let before = session.scene.clone();
     let mut chrome = Chrome { unfolded: true, ..Chrome::default() };
     let context = egui::Context::default();
-    let mut run = |session: &mut Session, events: Vec<egui::Event>| {
-        let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 3000.0));
-        let input = egui::RawInput { screen_rect: Some(rect), events, ..Default::default() };
-        let mut stage = Stage {
-            session,
-            chrome: &mut chrome,
-            measured: &Measured::default(),
-            frame: None,
-            adapter: "none",
-            commands: Vec::new(),
-        };
-        let output = context.run_ui(input, |ui| {
-            panels::show(ui, &mut stage);
-        });
-        output.drop_without_applying_deltas();
-        stage.commands
-    };
+    let mut run = |session: &mut Session, events| run_panels(&context, session, &mut chrome, events).0;
     for _ in 0..5 {
         assert!(run(&mut session, Vec::new()).is_empty());
     }
@@ -468,7 +539,7 @@ impl Screen {
             assert!(Command::new(tool).arg("-version").output().is_ok(), "{tool} {missing}");
         }
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()

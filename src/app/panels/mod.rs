@@ -4,6 +4,7 @@ mod effect;
 mod grid;
 mod help;
 mod icons;
+mod leaving;
 mod lights;
 mod materials;
 mod notices;
@@ -46,11 +47,44 @@ pub struct Chrome {
     pub dropping: bool,
     /// What is being read, if anything.
     pub loading: Option<String>,
+    /// What waits until it is known what becomes of unsaved edits.
+    pub leaving: Option<Leaving>,
+}
+
+/// What would lose unsaved edits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Leaving {
+    /// Closing the window.
+    Close,
+    /// Opening another file.
+    Open(PathBuf),
+}
+
+impl Leaving {
+    /// As the question names it.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self {
+            Self::Close => "closing the window".to_owned(),
+            Self::Open(path) => {
+                let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
+                format!("opening {name}")
+            }
+        }
+    }
 }
 
 impl Default for Chrome {
     fn default() -> Self {
-        Self { panels: true, unfolded: false, help: false, save_as: String::new(), dropping: false, loading: None }
+        Self {
+            panels: true,
+            unfolded: false,
+            help: false,
+            save_as: String::new(),
+            dropping: false,
+            loading: None,
+            leaving: None,
+        }
     }
 }
 
@@ -65,6 +99,12 @@ pub enum Command {
     SaveAs(PathBuf),
     /// Times every stage once.
     Measure,
+    /// Saves the scene, then does what [`Chrome::leaving`] says.
+    SaveAndLeave,
+    /// Does what [`Chrome::leaving`] says; unsaved edits are lost.
+    Leave,
+    /// Does not do it.
+    Stay,
 }
 
 /// What the panels are made from.
@@ -100,6 +140,7 @@ pub fn show(ui: &mut Ui, stage: &mut Stage<'_>) -> (Rect, bool) {
     if stage.chrome.help {
         help::show(ui, stage, place);
     }
+    leaving::show(ui, stage);
     if stage.chrome.dropping {
         let painter = ui.ctx().layer_painter(egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop")));
         painter.rect_filled(place, 0.0, egui::Color32::from_black_alpha(150));

@@ -70,7 +70,7 @@ pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {
         button(ui, stage, "Save", ActionId::Save, true);
         ui.menu_button("Save as…", |ui| save_as(ui, stage));
     });
-    quiet(ui, "Drop a scene or a model on the window to open it.");
+    quiet(ui, "Drop a scene or a model on the window to open it, or an .hdr to be lit by it.");
     let session = &mut *stage.session;
     for (index, model) in session.scene.models.iter_mut().enumerate() {
         let geometry = session.world.models.get(index);
