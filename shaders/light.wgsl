@@ -64,7 +64,7 @@ const IN_GLASS: u32 = 2u;   // the light stands in a part that it was not known 
 struct Light {
     t: f32,
     depth: vec3f,       // optical depth so far: sum of σ·Δs
-    tint: vec3f,        // of thin walls
+    tint: vec3f,        // of the surfaces: a solid's where light enters, a thin wall's wherever it passes
     surfaces: f32,
     blocked: bool,
     media: vec4u,
@@ -159,6 +159,7 @@ fn meet(light: ptr<function, Light>, sheet: Sheet, saturate: bool, column: Colum
         (*light).media = media_leave((*light).media, sheet.part);
     } else if !(saturate && inside) {
         (*light).media = media_enter((*light).media, sheet.part);
+        (*light).tint *= clamp(materials[sheet.part].base_color, vec3f(0.0), vec3f(1.0));
     }
     let after = media_ruling((*light).media);
     let n1 = ior_of(before);

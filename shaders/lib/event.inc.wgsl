@@ -85,7 +85,8 @@ fn meet(ray: ptr<function, Ray>, path: ptr<function, Path>, at: Surface, strange
         return false;
     }
     (*path).events += u32(bends_here);
-    if at.front && settings.absorb != 0u {
+    // The surface's own tint: once for a solid, wherever the ray passes a thin wall.
+    if (at.front || is_thin) && settings.absorb != 0u {
         (*path).optical_depth -= log(max(materials[at.part].base_color, vec3f(1e-4)));
     }
     r.direction = select(r.direction, bend.direction, bends_here);

@@ -12,3 +12,4 @@ mod pictures;
 
 mod rigs;
 mod shapes;
+mod tints;
