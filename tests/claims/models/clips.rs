@@ -6,6 +6,7 @@ use murrine::scene::World;
 use murrine::scene::clips::{Channel, Interpolation, Property};
 use murrine::scene::description::{Model, Scene};
 use murrine::scene::pose::pose_vertices;
+use serde_json::json;
 use std::sync::Arc;
 
 fn channel(property: Property, interpolation: Interpolation, times: &[f32], values: &[f32]) -> Channel {
@@ -60,6 +61,70 @@ fn rotations_take_the_short_way_at_constant_speed() {
     }
     let long = glam::DQuat::from_xyzw(0.0, 0.0, 0.0, 1.0).dot(about_y(240.0).as_dquat()).abs();
     assert!(long < 1.0 - 1e-3, "the test tells the two ways apart");
+}
+
+/// What glTF's interpolations make of two keys a second and a half apart, a share of the way between them.
+fn by_the_book(how: &str, keys: [&[f32]; 2], out_tangent: &[f32], in_tangent: &[f32], t: f64) -> Vec<f64> {
+    let each = |i: usize| {
+        let [a, b] = keys.map(|key| f64::from(key[i]));
+        let [leaving, coming] = [out_tangent, in_tangent].map(|tangent| 1.5 * f64::from(tangent[i]));
+        match how {
+            "STEP" => a,
+            "LINEAR" => a + (b - a) * t,
+            _ => {
+                let (t2, t3) = (t * t, t * t * t);
+                (2.0 * t3 - 3.0 * t2 + 1.0) * a
+                    + (t3 - 2.0 * t2 + t) * leaving
+                    + (-2.0 * t3 + 3.0 * t2) * b
+                    + (t3 - t2) * coming
+            }
+        }
+    };
+    (0..keys[0].len()).map(each).collect()
+}
+
+#[test]
+fn each_property_moves_in_each_way_as_the_file_says() {
+    let (a, b) = (Quat::from_rotation_x(0.3).to_array(), Quat::from_rotation_x(1.1).to_array());
+    let cases: [(&str, &[f32], &[f32]); 4] = [
+        ("translation", &[1.0, 2.0, 3.0], &[-4.0, 0.5, 9.0]),
+        ("rotation", &a, &b),
+        ("scale", &[1.0, 2.0, 0.5], &[3.0, 1.0, 0.25]),
+        ("weights", &[0.0, 0.75], &[1.0, 0.25]),
+    ];
+    let (out_tangent, in_tangent) = ([0.4, -0.3, 0.2, 0.1], [-0.5, 0.6, 0.1, -0.2]);
+    let targets = || json!([{ "POSITION": 0 }, { "POSITION": 0 }]);
+    for (path, first, second) in cases {
+        for how in ["STEP", "LINEAR", "CUBICSPLINE"] {
+            let width = first.len();
+            let (leaving, coming) = (&out_tangent[..width], &in_tangent[..width]);
+            let still = vec![0.0; width];
+            let values = match how {
+                "CUBICSPLINE" => [&still, first, leaving, coming, second, &still].concat(),
+                _ => [first, second].concat(),
+            };
+            let mut maker = Maker::triangle();
+            maker.json["meshes"][0]["primitives"][0]["targets"] = targets();
+            maker.animate("move", 0, path, how, &[0.5, 2.0], &values);
+            let geometry = maker.read_cleanly().geometry;
+            let channel = &geometry.clips[0].channels[0];
+            for t in [0.1, 0.5, 0.8] {
+                let mut expected = by_the_book(how, [first, second], leaving, coming, t);
+                if path == "rotation" && how == "LINEAR" {
+                    // A turn about one axis: the angle goes straight.
+                    expected = glam::DQuat::from_rotation_x(0.3 + 0.8 * t).to_array().to_vec();
+                } else if path == "rotation" {
+                    let length = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
+                    expected.iter_mut().for_each(|x| *x /= length);
+                }
+                let found = channel.sample(0.5 + 1.5 * t);
+                let error = found.iter().zip(&expected).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
+                assert!(found.len() == width && error < 1e-6, "{path} {how} at {t}: {found:?}, not {expected:?}");
+            }
+        }
+    }
+    let ways = ["STEP", "LINEAR", "CUBICSPLINE"].map(|how| by_the_book(how, [&a, &b], &out_tangent, &in_tangent, 0.5));
+    assert!(ways[0] != ways[1] && ways[1] != ways[2], "the ways differ");
 }
 
 #[test]

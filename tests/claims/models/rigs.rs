@@ -62,6 +62,53 @@ fn a_skin_carries_each_vertex_with_its_joints() {
 }
 
 #[test]
+fn a_skin_goes_where_the_parents_of_its_joints_go() {
+    let mut maker = bar(WEIGHTS);
+    // The lower joint gets a parent that turns, scales and moves; the mesh's own node a parent that means nothing.
+    let lower = maker.json["skins"][0]["joints"][0].clone();
+    let root = maker.push(
+        "nodes",
+        json!({ "children": [lower], "rotation": QUARTER_ABOUT_Z, "scale": [2.0, 2.0, 2.0], "translation": [5.0, 0.0, 0.0] }),
+    );
+    let elsewhere = maker.push("nodes", json!({ "children": [0], "translation": [0.0, 0.0, 50.0] }));
+    maker.json["scenes"][0]["nodes"] = json!([root, elsewhere]);
+    maker.json["skins"][0]["skeleton"] = json!(root);
+    let (rest, _) = posed(maker.read_cleanly().geometry, 0.0);
+    // (0, 2, 0) turned by 90° about z, doubled, moved.
+    assert!(near(rest[2].0, [1.0, 0.0, 0.0]), "{}", rest[2].0);
+    assert!(near(rest[2].1, [0.0, 1.0, 0.0]), "{}", rest[2].1);
+    let (bent, _) = posed(maker.read_cleanly().geometry, 1.0);
+    assert!(near(bent[2].0, [3.0, -2.0, 0.0]), "bent in the root's space: {}", bent[2].0);
+}
+
+#[test]
+fn quantized_weights_and_sparse_targets_equal_plain_ones() {
+    let mut plain = bar([[0.2, 0.8, 0.0, 0.0]; 3]);
+    let mut packed = bar([[0.2, 0.8, 0.0, 0.0]; 3]);
+    let lift = plain.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.25]);
+    plain.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": lift }]);
+    let weights = packed.accessor(U8, "VEC4", 3, &[51, 204, 0, 0].repeat(3));
+    packed.json["accessors"][weights]["normalized"] = json!(true);
+    packed.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
+    let place = packed.view(&[2]);
+    let value: Vec<u8> = [0.0_f32, 0.5, 0.25].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let value = packed.view(&value);
+    let indices = json!({ "bufferView": place, "componentType": U8 });
+    let sparse = json!({ "count": 1, "indices": indices, "values": { "bufferView": value } });
+    let target = json!({ "componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse });
+    let target = packed.push("accessors", target);
+    packed.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": target }]);
+    for maker in [&mut plain, &mut packed] {
+        maker.json["meshes"][0]["weights"] = json!([1.0]);
+    }
+    let [plain, packed] = [plain, packed].map(|maker| posed(maker.read_cleanly().geometry, 0.7).0);
+    for (a, b) in plain.iter().zip(&packed) {
+        assert!((a.0 - b.0).length() < 1e-6 && (a.1 - b.1).length() < 1e-6, "{a:?} {b:?}");
+    }
+    assert!((plain[2].0 - posed(bar([[0.2, 0.8, 0.0, 0.0]; 3]).read_cleanly().geometry, 0.7).0[2].0).length() > 0.1);
+}
+
+#[test]
 fn weights_that_do_not_sum_to_one_are_scaled_with_a_word() {
     let loaded = bar(WEIGHTS.map(|w| w.map(|x| x * 3.0))).read();
     assert!(
