@@ -41,7 +41,7 @@ fn body(material: &Value, sheet: Option<f32>) -> Maker {
 fn passed(maker: &Maker) -> [DVec3; 2] {
     let plane = Model { name: "floor".into(), source: Source::Shape(Shape::Plane { size: 8.0 }), ..Model::default() };
     let kind = LightKind::Directional { direction: Vec3::NEG_Y };
-    let light = Light { kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: true };
+    let light = Light { kind, color: Vec3::ONE, intensity: 1.0, ..Light::default() };
     let camera = Camera { eye: Vec3::new(0.0, 5.0, 0.0), target: Vec3::ZERO, up: Vec3::NEG_Z, ..Camera::default() };
     let scene = Scene { camera, lights: vec![light], ..scene_of(vec![Model::default(), plane]) };
     let floor = Arc::new(shapes::shape(&Shape::Plane { size: 8.0 }));
