@@ -75,7 +75,7 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
     if t > 0.0 && t < 1e9 {
         let p = begin + t * toward;
         let at = t / slice_length;
-        let left = columns_light(grid, center, at, p, toward, slice_length);
+        let left = select(ALL_LIGHT, column_light(grid, id.xy, at, p, toward, slice_length).share, vec4<bool>(at > 0.0));
         let radius = since_last_record(grid, id.xy, at, slice_length)
             * surroundings.lights[plane_light_task.light].angular_radius / cell_size_at(grid, p);
         dark = 1.0 - left.rgb * left.a;

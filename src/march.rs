@@ -19,8 +19,9 @@
 mod first_surface;
 
 use crate::animate::{Triangles, Vertex};
+use crate::gpu::pass::Variants;
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
-use crate::grid::Grid;
+use crate::grid::{Grid, PERSPECTIVE};
 use crate::scene::description::{EffectSettings, Hit, Refraction};
 use crate::scene::geometry::RestVertex;
 use crate::scene::material::{PartMaterial, flags};
@@ -128,14 +129,8 @@ struct Targets {
 #[derive(Debug)]
 pub struct March {
     first_surface: FirstSurface,
-    /// By surfels: bent nowhere, at the first surface, at all.
-    surfel: [ComputePass; 3],
-    /// By voxels: the same.
-    voxel: [ComputePass; 3],
-    /// The first surface by surfels, by voxels.
-    two_surface: [ComputePass; 2],
-    /// Compiled when first asked for.
-    shade: Vec<(Shading, ComputePass)>,
+    march: Variants<Marching>,
+    shade: Variants<Shading>,
     gather: ComputePass,
     place: ComputePass,
     ground_light: ComputePass,
@@ -144,8 +139,16 @@ pub struct March {
     pixels_per_thread: u32,
 }
 
-/// What a shade pass is compiled for: code that a scene has no use for costs its time on devices that run branches as
-/// masks.
+/// What a march pass is compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Marching {
+    hit: Hit,
+    refraction: Refraction,
+    /// The view's grid is a perspective one.
+    perspective: bool,
+}
+
+/// What a shade pass is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Shading {
     /// There are opaque parts beside planes.
@@ -204,17 +207,11 @@ impl March {
         let pixels_per_thread = if gpu.is_software() { 16 } else { 1 };
         let pass =
             |shader, constants: &[(&str, f64)]| ComputePass::with_constants(gpu, shader, "main", LAYOUTS, constants);
-        let surfel =
-            |bends| pass("march.wgsl", &[("bends", bends), ("pixels_per_thread", f64::from(pixels_per_thread))]);
-        let voxel = |bends| pass("march_voxel.wgsl", &[("bends", bends)]);
-        let two_surface = |first_is_voxel| pass("march_two_surface.wgsl", &[("first_is_voxel", first_is_voxel)]);
         Ok(Self {
             pixels_per_thread,
             first_surface: FirstSurface::new(gpu)?,
-            surfel: [surfel(0.0)?, surfel(1.0)?, surfel(2.0)?],
-            voxel: [voxel(0.0)?, voxel(1.0)?, voxel(2.0)?],
-            two_surface: [two_surface(0.0)?, two_surface(1.0)?],
-            shade: Vec::new(),
+            march: Variants::new(),
+            shade: Variants::new(),
             gather: ComputePass::new(gpu, "repair.wgsl", "gather", LAYOUTS)?,
             place: ComputePass::new(gpu, "repair.wgsl", "place", LAYOUTS)?,
             ground_light: pass("ground_light.wgsl", &[])?,
@@ -269,26 +266,11 @@ impl March {
         Radiance { radiance, channel, size, targets }
     }
 
-    /// The number in `self.shade` of the pass for `shading`.
-    fn shade_pass(&mut self, gpu: &Gpu, shading: Shading) -> Result<usize, GpuError> {
-        if let Some(found) = self.shade.iter().position(|(for_what, _)| *for_what == shading) {
-            return Ok(found);
-        }
-        let constants = [
-            ("opaque_triangles", f64::from(u32::from(shading.opaque_triangles))),
-            ("writes_channel", f64::from(u32::from(shading.writes_channel))),
-            ("background", f64::from(shading.background)),
-        ];
-        let pass = ComputePass::with_constants(gpu, "shade.wgsl", "main", LAYOUTS, &constants)?;
-        self.shade.push((shading, pass));
-        Ok(self.shade.len() - 1)
-    }
-
     /// Records the march of some rows: the first surface with the first of them, the repair of questionable rays with
     /// the last. Rows may be marched in any number of parts, from the top, each a multiple of [`ROWS`] but the last.
     ///
     /// # Errors
-    /// When the shader of the shade pass is wrong.
+    /// When a shader that was not needed before is wrong.
     pub fn record(
         &mut self,
         rec: &mut Recorder<'_>,
@@ -305,7 +287,8 @@ impl March {
             writes_channel: input.channel != Channel::Beauty,
             background: input.background,
         };
-        let shade = self.shade_pass(gpu, shading)?;
+        let perspective = volume.grids.first().is_some_and(|g| g.projection == PERSPECTIVE);
+        let marching = Marching { hit: effect.hit, refraction: effect.refraction, perspective };
         let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size, &rows));
         let view = wgpu::BindingResource::TextureView;
         let resources = [
@@ -338,23 +321,14 @@ impl March {
             rec.encoder.clear_buffer(&to.questionable, 0, Some(4 * LIST_HEAD));
         }
 
-        let (bends, by_voxels) = match effect.hit {
-            Hit::Surfel => (&self.surfel, 0),
-            Hit::Voxel => (&self.voxel, 1),
-        };
-        let march = match effect.refraction {
-            Refraction::None => &bends[0],
-            Refraction::Single => &bends[1],
-            Refraction::TwoSurface => &self.two_surface[by_voxels],
-            Refraction::MultipleSurface => &bends[2],
-        };
+        let march = self.march.pass(marching, |&key| marching_pass(gpu, key, self.pixels_per_thread))?;
         let takes_columns = effect.hit == Hit::Surfel && effect.refraction != Refraction::TwoSurface;
         let threads_down = rows_len.div_ceil(if takes_columns { self.pixels_per_thread } else { 1 });
         let group = march.bind_used(gpu, &resources);
         march.dispatch(&mut rec.encoder, &group, [target.size.x, threads_down, 1]);
 
         let pictures = [("radiance", view(&to.radiance)), ("channel", view(&to.channel))];
-        let shade = &self.shade[shade].1;
+        let shade = self.shade.pass(shading, |&key| shading_pass(gpu, key))?;
         let group = shade.bind_used(gpu, &[&resources[..], &pictures].concat());
         shade.dispatch(&mut rec.encoder, &group, [target.size.x, rows_len, 1]);
 
@@ -380,6 +354,33 @@ impl March {
         }
         Ok(())
     }
+}
+
+fn marching_pass(gpu: &Gpu, key: Marching, pixels_per_thread: u32) -> Result<ComputePass, GpuError> {
+    let bends = match key.refraction {
+        Refraction::None => 0.0,
+        Refraction::Single => 1.0,
+        Refraction::TwoSurface | Refraction::MultipleSurface => 2.0,
+    };
+    let by_voxel = key.hit == Hit::Voxel;
+    let (shader, constant) = match (key.refraction, key.hit) {
+        (Refraction::TwoSurface, _) => ("march_two_surface.wgsl", ("first_is_voxel", f64::from(u32::from(by_voxel)))),
+        (_, Hit::Surfel) => ("march.wgsl", ("pixels_per_thread", f64::from(pixels_per_thread))),
+        (_, Hit::Voxel) => ("march_voxel.wgsl", ("bends", bends)),
+    };
+    let constants = [constant, ("bends", bends), ("perspective_rays", f64::from(u32::from(key.perspective)))];
+    ComputePass::with_constants(gpu, shader, "main", LAYOUTS, &constants)
+}
+
+fn shading_pass(gpu: &Gpu, key: Shading) -> Result<ComputePass, GpuError> {
+    let constants = [
+        ("opaque_triangles", f64::from(u32::from(key.opaque_triangles))),
+        ("writes_channel", f64::from(u32::from(key.writes_channel))),
+        ("background", f64::from(key.background)),
+        // The scene grid is an orthographic one.
+        ("perspective_rays", 0.0),
+    ];
+    ComputePass::with_constants(gpu, "shade.wgsl", "main", LAYOUTS, &constants)
 }
 
 /// Takes the next rows to march, about `most`, off the top of those that are left.

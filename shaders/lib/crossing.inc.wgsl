@@ -44,7 +44,7 @@ fn point_in_cell(grid: u32, ray: GridRay, walk: Walk, fraction: vec3f) -> vec3f 
     let above = ray_slab(ray, f32(walk.slice + 1));
     let p = vec3f(vec2f(walk.column) + fraction.xy, mix(below, above, fraction.z));
     let h = grids[grid].world_from_grid * vec4f(p, 1.0);
-    return h.xyz / h.w;
+    return select(h.xyz, h.xyz / h.w, perspective_rays);
 }
 
 // The crossing in the voxel where the walk stands. Of several sheets of one part a hit must lie on the solid's surface:

@@ -7,6 +7,9 @@
 // s = t·w / (w + t·w_along): the map is projective. Slices are where z_grid = k·a / (b + k·c): `slab` in one formula
 // for both projections (a = b = 1, c = 0 when orthographic), so that nothing here branches.
 
+// Whether rays may go through a perspective grid. Shaders that know that none does leave out its divisions.
+override perspective_rays: bool = true;
+
 struct GridRay {
     start: vec3f,       // grid space
     w: f32,
@@ -35,10 +38,10 @@ fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
     let o = grids[grid].grid_from_world * vec4f(origin, 1.0);
     let d = grids[grid].grid_from_world * vec4f(direction, 0.0);
     var ray: GridRay;
-    ray.start = o.xyz / o.w;
+    ray.start = select(o.xyz, o.xyz / o.w, perspective_rays);
     ray.w = o.w;
     ray.w_along = d.w;
-    let along = (d.xyz * o.w - o.xyz * d.w) / (o.w * o.w);
+    let along = select(d.xyz, (d.xyz * o.w - o.xyz * d.w) / (o.w * o.w), perspective_rays);
     // No component is exactly zero, so that divisions by them stay finite.
     ray.along = select(along, vec3f(1e-9), abs(along) < vec3f(1e-9));
     ray.cells = vec3i(grids[grid].cells);
@@ -64,22 +67,22 @@ fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
 }
 
 fn t_from_s(ray: GridRay, s: f32) -> f32 {
-    return s * ray.w / (ray.w - s * ray.w_along);
+    return select(s, s * ray.w / (ray.w - s * ray.w_along), perspective_rays);
 }
 
 fn s_from_t(ray: GridRay, t: f32) -> f32 {
-    return t * ray.w / (ray.w + t * ray.w_along);
+    return select(t, t * ray.w / (ray.w + t * ray.w_along), perspective_rays);
 }
 
 // Grid-space z of the boundary below slice k.
 fn ray_slab(ray: GridRay, k: f32) -> f32 {
-    return k * ray.slab.x / (ray.slab.y + k * ray.slab.z);
+    return select(k, k * ray.slab.x / (ray.slab.y + k * ray.slab.z), perspective_rays);
 }
 
 // The slice that the ray is in at s, kept within the grid.
 fn slice_at(ray: GridRay, s: f32) -> i32 {
     let z = ray.start.z + s * ray.along.z;
-    let k = z * ray.slab.y / (ray.slab.x - z * ray.slab.z);
+    let k = select(z, z * ray.slab.y / (ray.slab.x - z * ray.slab.z), perspective_rays);
     return clamp(i32(floor(k)), 0, ray.cells.z - 1);
 }
 

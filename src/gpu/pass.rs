@@ -15,6 +15,13 @@ pub struct ComputePass {
     workgroup_size: [u32; 3],
 }
 
+/// Passes that are compiled when they are first asked for: code that a scene has no use for costs its time on devices
+/// that run branches as masks, so a shader is compiled for what it is to do.
+#[derive(Debug)]
+pub struct Variants<K> {
+    made: Vec<(K, ComputePass)>,
+}
+
 /// The resources that an entry point uses, by name.
 #[derive(Debug)]
 pub struct Bindings {
@@ -122,6 +129,40 @@ impl ComputePass {
     #[must_use]
     pub fn workgroup_size(&self) -> [u32; 3] {
         self.workgroup_size
+    }
+}
+
+impl<K: PartialEq> Variants<K> {
+    /// None yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { made: Vec::new() }
+    }
+
+    /// The pass for `key`; `make` compiles it if there is none.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn pass(
+        &mut self,
+        key: K,
+        make: impl FnOnce(&K) -> Result<ComputePass, GpuError>,
+    ) -> Result<&ComputePass, GpuError> {
+        let found = match self.made.iter().position(|(made_for, _)| *made_for == key) {
+            Some(found) => found,
+            None => {
+                let pass = make(&key)?;
+                self.made.push((key, pass));
+                self.made.len() - 1
+            }
+        };
+        Ok(&self.made[found].1)
+    }
+}
+
+impl<K: PartialEq> Default for Variants<K> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
