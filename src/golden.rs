@@ -243,6 +243,7 @@ impl Goldens {
             world: &world,
             time_secs: *time_secs,
             size: UVec2::from_array(*size),
+            antialias: false,
             channel: Channel::Beauty,
             view: DebugView::None,
         };

@@ -50,6 +50,8 @@ pub struct Still<'a> {
     pub time_secs: f64,
     /// Pixels.
     pub size: UVec2,
+    /// Four rays a pixel instead of one, of which the picture shows the mean; the floats are then of twice the size.
+    pub antialias: bool,
     /// The float channel beside the picture.
     pub channel: Channel,
     /// What to show instead of the picture.
@@ -61,12 +63,13 @@ pub struct Still<'a> {
 /// # Errors
 /// When the device refuses a buffer or is lost.
 pub fn render(gpu: &Gpu, frame: &mut Frame, still: &Still<'_>) -> Result<(), GpuError> {
-    check_size(gpu, still.size)?;
+    let rays = still.size * if still.antialias { 2 } else { 1 };
+    check_size(gpu, rays)?;
     let request = Request {
         scene: still.scene,
         world: still.world,
         time_secs: still.time_secs,
-        size: still.size,
+        size: rays,
         picture_size: still.size,
         channel: still.channel,
         view: still.view,

@@ -160,6 +160,9 @@ pub(super) struct Render {
     /// What to write; `murrine list channels`
     #[arg(long, value_name = "NAME", value_parser = channel, default_value = "beauty")]
     pub(super) channel: Channel,
+    /// Four rays a pixel: smooth outlines and calm glass
+    #[arg(long)]
+    pub(super) antialias: bool,
     #[command(flatten)]
     pub(super) scene_flags: SceneFlags,
 }

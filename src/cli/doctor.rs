@@ -103,6 +103,7 @@ fn probe(gpu: &Gpu) -> Result<f64, GpuError> {
         world: &world,
         time_secs: 0.0,
         size: UVec2::splat(64),
+        antialias: false,
         channel: Channel::Beauty,
         view: DebugView::None,
     };

@@ -11,6 +11,10 @@ use std::time::Instant;
 
 pub(super) fn run(options: &Render, adapter: &Adapter) -> Result<Outcome, Failure> {
     let format = Format::of(&options.output)?;
+    if options.antialias && (format != Format::Png || options.channel != Channel::Beauty) {
+        let what = "--antialias is for pictures; leave it out, or write the channel `beauty` to a .png file";
+        return Err(Failure::Other(what.to_owned()));
+    }
     let (scene, world, warnings) = headless::open(&options.scene, &options.scene_flags.assignments())?;
     tell_warnings(&warnings);
     let gpu = open_gpu(adapter)?;
@@ -21,6 +25,7 @@ pub(super) fn run(options: &Render, adapter: &Adapter) -> Result<Outcome, Failur
         world: &world,
         time_secs: options.time,
         size: options.size,
+        antialias: options.antialias,
         channel: options.channel,
         view: DebugView::None,
     };

@@ -279,3 +279,30 @@ fn the_benchmark_advances_the_time_and_its_stages_add_up_to_the_wall_clock() {
     let findings = report["findings"].as_array().unwrap();
     assert!(findings.iter().any(|f| f["text"].as_str().unwrap().contains("the better of its halves")));
 }
+
+#[test]
+fn four_rays_a_pixel_smooth_outlines_and_are_for_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small_scene(folder.path());
+    let render = |name: &str, flags: &[&str]| {
+        let file = folder.path().join(name);
+        let arguments = ["render", scene.to_str().unwrap(), "-o", file.to_str().unwrap(), "--size", "48x32"];
+        let output = run(&[&arguments[..], &["--adapter", "software"], flags].concat());
+        (output, file)
+    };
+    // How far pixels lie from the mean of the two beside them.
+    let roughness = |file: &Path| {
+        let png = image::read_png(file).unwrap();
+        assert_eq!((png.width, png.height), (48, 32));
+        png.rgb8
+            .windows(3)
+            .map(|p| (2 * i32::from(p[1][1]) - i32::from(p[0][1]) - i32::from(p[2][1])).abs())
+            .sum::<i32>()
+    };
+    let (one, four) = (render("one.png", &[]).1, render("four.png", &["--antialias"]).1);
+    let (rough, smooth) = (roughness(&one), roughness(&four));
+    assert!(smooth < rough * 9 / 10, "{smooth} instead of {rough}");
+    let (refused, file) = render("four.exr", &["--antialias"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("leave it out") && !file.exists(), "{}", stderr(&refused));
+}
