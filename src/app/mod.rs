@@ -58,6 +58,14 @@ pub enum AppError {
     /// The system.
     #[error("the system refused {0}")]
     System(String),
+    /// Another of these, after which the unsaved edits were written.
+    #[error("{error}; the unsaved edits are in {}", path.display())]
+    Rescued {
+        /// What happened.
+        error: Box<AppError>,
+        /// Where the edits are.
+        path: PathBuf,
+    },
 }
 
 /// Opens the window and returns when it is closed.

@@ -83,6 +83,8 @@ pub struct Pictures {
     waiter: Sender<()>,
     flight: Option<Flight>,
     shown: Option<(Content, UVec2)>,
+    /// The picture of stages that were replaced, until there is one of the new.
+    standing: Option<wgpu::Texture>,
     changed_at: Instant,
     again: bool,
     /// What could not be rendered: not tried again until something but the time changes.
@@ -137,6 +139,7 @@ impl Pictures {
             waiter,
             flight: None,
             shown: None,
+            standing: None,
             changed_at: Instant::now(),
             again: false,
             failed: None,
@@ -144,23 +147,28 @@ impl Pictures {
         })
     }
 
-    /// Compiles the stages anew; on failure the old ones stay.
+    /// Compiles the stages anew, on whatever thread; those of the window go on meanwhile.
     ///
     /// # Errors
     /// `file:line:column` of the first shader that is wrong.
-    pub fn recompile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub fn compile(gpu: &Gpu) -> Result<Frame, GpuError> {
         // Those too that are compiled when first asked for: once the old stages are gone it would be too late.
         gpu.shaders.check_all()?;
-        self.frame = Frame::new(gpu)?;
+        Frame::new(gpu)
+    }
+
+    /// Goes on with other stages. The picture stays until they have made one.
+    pub fn replace(&mut self, frame: Frame) {
+        self.standing = self.picture().cloned();
+        self.frame = frame;
         self.shown = None;
         self.failed = None;
-        Ok(())
     }
 
     /// The picture as it stands; the first one may still be empty.
     #[must_use]
     pub fn picture(&self) -> Option<&wgpu::Texture> {
-        self.shown.is_some().then(|| self.frame.picture())
+        if self.shown.is_some() { Some(self.frame.picture()) } else { self.standing.as_ref() }
     }
 
     /// The frame, for its counts.
@@ -297,6 +305,7 @@ impl Pictures {
             return;
         }
         let frame_ms = self.parts.spent_ms();
+        self.standing = None;
         let count = self.measured.count + 1;
         let stages = std::mem::take(&mut self.measured.stages);
         let Flight { record_ms, size, full, typical, .. } = flight;

@@ -215,6 +215,19 @@ impl Session {
         }
     }
 
+    /// Writes unsaved edits beside the scene, or where temporary files go, because the program has to end; where they are.
+    pub fn rescue(&mut self) -> Option<PathBuf> {
+        let name = format!("{}-rescued.toml", self.name());
+        let beside = folder_of(&self.save_path()).join(&name);
+        [beside, std::env::temp_dir().join(&name)].into_iter().find(|path| {
+            let edited = self.is_open && self.is_edited();
+            edited && {
+                self.save(path);
+                !self.is_edited()
+            }
+        })
+    }
+
     /// Where Ctrl+S writes: the scene's own file; beside a model that was opened alone; else the current folder.
     #[must_use]
     pub fn save_path(&self) -> PathBuf {

@@ -5,12 +5,14 @@ use super::loader::{Answer, Job, Loader, Reason};
 use super::notices::{Severity, Topic};
 use super::painter::{PaintInput, Painted};
 use super::panels::{self, Chrome, Command, Leaving, Stage};
-use super::pictures::{Next, Wish};
+use super::pictures::{Next, Pictures, Wish};
 use super::session::{self, Session};
 use super::timeline::KEY_STEP_SECS;
 use super::watch::{Change, Watcher};
 use super::window::Opened;
 use super::{AppError, Options, screenshot};
+use crate::frame::Frame;
+use crate::gpu::shader::ShaderLibrary;
 use crate::gpu::{GpuError, buffer};
 use crate::image::Picture;
 use crate::scene::description::Background;
@@ -47,6 +49,8 @@ pub(super) enum Event {
     Changed(Change),
     /// The device complains.
     Complaint(String),
+    /// Shaders were compiled, or not: of which compilation, from where.
+    Compiled(u64, ShaderLibrary, Box<Result<Frame, GpuError>>),
     /// A screenshot was written, or not.
     Shot(Result<PathBuf, String>),
 }
@@ -83,6 +87,7 @@ pub fn run(options: Options) -> Result<(), AppError> {
         opened: None,
         redraw_at: None,
         redraw_waits: false,
+        compilation: 0,
         place: UVec2::ZERO,
         last_tick: None,
         wish: Wish::default(),
@@ -117,6 +122,8 @@ struct Shell {
     redraw_at: Option<Instant>,
     /// A painting was asked for while the device worked.
     redraw_waits: bool,
+    /// Counts compilations of shaders: the result of an older one, or for a device that is gone, is not used.
+    compilation: u64,
     /// Size of the picture's place at the last painting, pixels.
     place: UVec2,
     /// When time was last advanced, while it runs.
@@ -167,9 +174,15 @@ impl ApplicationHandler<Event> for Shell {
             Event::Changed(Change::Scene) => self.files_changed(),
             Event::Changed(Change::Shader) => self.shaders_changed(),
             Event::Complaint(text) => {
-                tracing::error!("{text}");
-                self.session.notices.set(Topic::Device, Severity::Error, [text]);
+                // A lost device complains of everything; it is told of once.
+                let is_lost = self.opened.as_ref().is_some_and(|o| o.gpu.check().is_err());
+                if !is_lost {
+                    tracing::error!("{text}");
+                    self.session.notices.set(Topic::Device, Severity::Error, [text]);
+                }
             }
+            Event::Compiled(number, shaders, result) if number == self.compilation => self.compiled(shaders, *result),
+            Event::Compiled(..) => {}
             Event::Shot(Ok(path)) => {
                 let text = format!("screenshot: {}", path.display());
                 self.session.notices.tell(Topic::Files, Severity::Done, text);
@@ -214,12 +227,17 @@ impl Shell {
             None => self.session.notices.clear(Topic::Shaders),
         }
         self.opened = Some(opened);
+        self.compilation += 1;
         self.redraw();
         Ok(())
     }
 
+    /// Ends the program; unsaved edits are written to a file of their own.
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
-        self.failed = Some(error);
+        self.failed = Some(match self.session.rescue() {
+            Some(path) => AppError::Rescued { error: Box::new(error), path },
+            None => error,
+        });
         event_loop.exit();
     }
 
@@ -247,6 +265,9 @@ impl Shell {
             return;
         }
         self.redraw_waits = false;
+        if let Err(error) = opened.gpu.check() {
+            return self.frame_failed(event_loop, &error);
+        }
         if size.min_element() == 0 || opened.window.is_minimized() == Some(true) {
             return;
         }
@@ -382,10 +403,15 @@ impl Shell {
             let window = Arc::clone(&opened.window);
             self.opened = None;
             if self.reopenings > MOST_REOPENINGS {
-                return self.fail(event_loop, AppError::Gpu(GpuError::Lost(error.to_string())));
+                return self.fail(event_loop, AppError::Gpu(GpuError::Lost("it was lost again and again".to_owned())));
             }
-            if let Err(error) = self.open(window) {
-                self.fail(event_loop, error);
+            match self.open(window) {
+                Ok(()) => {
+                    let text = format!("{error}; it was opened anew, and nothing of the scene is lost");
+                    self.session.notices.clear(Topic::Frame);
+                    self.session.notices.tell(Topic::Device, Severity::Warning, text);
+                }
+                Err(error) => self.fail(event_loop, error),
             }
         } else {
             opened.pictures.give_up(&self.session, self.place);
@@ -610,10 +636,27 @@ impl Shell {
     }
 
     fn shaders_changed(&mut self) {
-        let (Some(opened), Some(folder)) = (&mut self.opened, &self.options.shaders) else { return };
-        opened.gpu.shaders = crate::gpu::shader::ShaderLibrary::Folder(folder.clone());
-        match opened.pictures.recompile(&opened.gpu) {
-            Ok(()) => self.session.notices.clear(Topic::Shaders),
+        let (Some(opened), Some(folder)) = (&self.opened, &self.options.shaders) else { return };
+        self.compilation += 1;
+        let shaders = ShaderLibrary::Folder(folder.clone());
+        let (gpu, number, proxy) = (opened.gpu.with_shaders(shaders.clone()), self.compilation, self.proxy.clone());
+        std::thread::spawn(move || {
+            let started = Instant::now();
+            let result = Pictures::compile(&gpu);
+            tracing::debug!(ms = started.elapsed().as_millis(), "compiled");
+            proxy.send(Event::Compiled(number, shaders, Box::new(result)));
+        });
+    }
+
+    /// Goes on with new shaders; where they are wrong, the old ones and their picture stay.
+    fn compiled(&mut self, shaders: ShaderLibrary, result: Result<Frame, GpuError>) {
+        let Some(opened) = &mut self.opened else { return };
+        match result {
+            Ok(frame) => {
+                opened.gpu.shaders = shaders;
+                opened.pictures.replace(frame);
+                self.session.notices.clear(Topic::Shaders);
+            }
             Err(error) => self.session.notices.tell(Topic::Shaders, Severity::Error, error.to_string()),
         }
     }

@@ -1,6 +1,7 @@
 //! Opens an adapter and a device.
 
 use super::{GpuError, clock::StageClock, shader::ShaderLibrary};
+use std::sync::{Arc, OnceLock};
 
 /// Which adapter to open.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub struct Gpu {
     pub shaders: ShaderLibrary,
     /// Its timestamps.
     pub clock: StageClock,
+    /// Why it was lost, once it was.
+    lost: Arc<OnceLock<String>>,
 }
 
 impl Gpu {
@@ -101,7 +104,6 @@ impl Gpu {
     /// # Errors
     /// When the adapter refuses.
     pub fn from_adapter(adapter: wgpu::Adapter) -> Result<Self, GpuError> {
-        let info = adapter.get_info();
         let have = adapter.limits();
         let limits = wgpu::Limits {
             max_storage_buffer_binding_size: have.max_storage_buffer_binding_size,
@@ -117,8 +119,44 @@ impl Gpu {
             memory_hints: wgpu::MemoryHints::Performance,
             ..Default::default()
         }))
-        .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
-        Ok(Self { device, queue, adapter, info, shaders: ShaderLibrary::default(), clock: StageClock::default() })
+        .map_err(|e| GpuError::NoDevice { adapter: adapter.get_info().name, reason: e.to_string() })?;
+        Ok(Self::new(adapter, device, queue))
+    }
+
+    /// A device that is open already.
+    #[must_use]
+    pub fn new(adapter: wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let lost = Arc::new(OnceLock::new());
+        let theirs = Arc::clone(&lost);
+        device.set_device_lost_callback(move |reason, text| {
+            // The first reason is the true one.
+            let _ = theirs.set(format!("{reason:?} {text}").trim_end().to_lowercase());
+        });
+        let info = adapter.get_info();
+        let (shaders, clock) = (ShaderLibrary::default(), StageClock::default());
+        Self { device, queue, adapter, info, shaders, clock, lost }
+    }
+
+    /// The same device with other shaders, for a thread that compiles them.
+    #[must_use]
+    pub fn with_shaders(&self, shaders: ShaderLibrary) -> Self {
+        Self {
+            device: self.device.clone(),
+            queue: self.queue.clone(),
+            adapter: self.adapter.clone(),
+            info: self.info.clone(),
+            shaders,
+            clock: StageClock::default(),
+            lost: Arc::clone(&self.lost),
+        }
+    }
+
+    /// Whether the device is still there. Only another one can go on once it is lost.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] with what the driver said.
+    pub fn check(&self) -> Result<(), GpuError> {
+        self.lost.get().map_or(Ok(()), |text| Err(GpuError::Lost(text.clone())))
     }
 
     /// True on a software adapter, where the golden frames are made.

@@ -58,6 +58,7 @@ impl<'g> Recorder<'g> {
     /// # Errors
     /// When the device is lost.
     pub fn stage(&mut self, name: &'static str) -> Result<(), GpuError> {
+        self.gpu.check()?;
         self.end_stage()?;
         self.stage = Some(name);
         if self.timing == Timing::Timestamps {
@@ -89,6 +90,7 @@ impl<'g> Recorder<'g> {
             self.times = self.gpu.clock.resolve(self.gpu, &mut self.encoder, self.marks);
         }
         self.gpu.queue.submit([self.encoder.finish()]);
+        self.gpu.check()?;
         Ok(self.times)
     }
 

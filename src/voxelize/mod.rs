@@ -48,7 +48,7 @@ pub struct Method {
 }
 
 /// A compiled voxelizer.
-pub trait Voxelizer: std::fmt::Debug {
+pub trait Voxelizer: std::fmt::Debug + Send {
     /// Marks grid `input.grid` of the volume. Its words are already cleared.
     ///
     /// # Errors

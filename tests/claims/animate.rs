@@ -5,8 +5,6 @@ use crate::gpu;
 use crate::probe;
 use glam::{Mat4, Quat, UVec4, Vec3, Vec4};
 use murrine::animate::{Animate, Triangles, Vertex};
-use murrine::gpu::clock::StageClock;
-use murrine::gpu::shader::ShaderLibrary;
 use murrine::gpu::{AdapterChoice, Gpu, Recorder, Timing, buffer};
 use murrine::scene::description::{Deformer, Model, Scene, Shape, Source};
 use murrine::scene::geometry::{Geometry, Influence, MatrixSource, Morph, Sampling, Texture};
@@ -231,8 +229,7 @@ fn narrow_gpu(bytes: u64) -> Gpu {
         wgpu::Limits { max_storage_buffer_binding_size: bytes, max_buffer_size: bytes, ..wgpu::Limits::default() };
     let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
-    let info = adapter.get_info();
-    Gpu { device, queue, adapter, info, shaders: ShaderLibrary::default(), clock: StageClock::default() }
+    Gpu::new(adapter, device, queue)
 }
 
 fn instance() -> wgpu::InstanceDescriptor {

@@ -23,6 +23,7 @@ mod shaders;
 mod shipped_goldens;
 mod stages;
 mod support;
+mod survival;
 mod surroundings;
 mod volume;
 mod voxelizers;

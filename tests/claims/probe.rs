@@ -2,9 +2,8 @@
 
 use crate::gpu;
 use bytemuck::Pod;
-use murrine::gpu::clock::StageClock;
 use murrine::gpu::shader::ShaderLibrary;
-use murrine::gpu::{ComputePass, Gpu, Layout, Recorder, Timing, buffer};
+use murrine::gpu::{ComputePass, Layout, Recorder, Timing, buffer};
 
 /// Compiles `source`, entry point `main`, whose includes are those of `shaders/`.
 pub(crate) fn compile(source: &str, layouts: &[Layout]) -> ComputePass {
@@ -16,15 +15,7 @@ pub(crate) fn compile(source: &str, layouts: &[Layout]) -> ComputePass {
         std::fs::copy(file.path(), folder.path().join("lib").join(file.file_name())).unwrap();
     }
     std::fs::write(folder.path().join("probe.wgsl"), source).unwrap();
-    let shared = gpu();
-    let own = Gpu {
-        device: shared.device.clone(),
-        queue: shared.queue.clone(),
-        adapter: shared.adapter.clone(),
-        info: shared.info.clone(),
-        shaders: ShaderLibrary::Folder(folder.path().to_owned()),
-        clock: StageClock::default(),
-    };
+    let own = gpu().with_shaders(ShaderLibrary::Folder(folder.path().to_owned()));
     ComputePass::new(&own, "probe.wgsl", "main", layouts).unwrap_or_else(|e| panic!("{e}"))
 }
 
