@@ -64,7 +64,7 @@ const IN_GLASS: u32 = 2u;   // the light stands in a part that it was not known 
 struct Light {
     t: f32,
     depth: vec3f,       // optical depth so far: sum of σ·Δs
-    tint: vec3f,        // of the surfaces: a solid's where light enters, a thin wall's wherever it passes
+    tint: vec3f,        // of the surfaces that it met
     surfaces: f32,
     blocked: bool,
     media: vec4u,
@@ -140,7 +140,9 @@ fn meet(light: ptr<function, Light>, sheet: Sheet, saturate: bool, column: Colum
     }
     if (flags & FLAG_THIN_WALL) != 0u {
         let through = 1.0 - reflectance(sheet.cosine, 1.0, materials[sheet.part].ior);
-        (*light).tint *= clamp(materials[sheet.part].base_color, vec3f(0.0), vec3f(1.0));
+        if entering || (flags & FLAG_DOUBLE_SIDED) != 0u {
+            (*light).tint *= clamp(materials[sheet.part].base_color, vec3f(0.0), vec3f(1.0));
+        }
         (*light).surfaces *= through * through;
         remember(light, sheet.part, sheet.t, entering);
         return;

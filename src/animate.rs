@@ -449,12 +449,13 @@ fn packed_material(material: &Material, of_part: u32, samplings: &[Sampling]) ->
     let layer = |texture: Option<u32>| texture.and_then(|t| i32::try_from(t).ok()).unwrap_or(-1);
     let opaque = if material.opaque { flags::OPAQUE } else { 0 };
     let thin_wall = if material.thin_wall { flags::THIN_WALL } else { 0 };
+    let double_sided = if material.double_sided { flags::DOUBLE_SIDED } else { 0 };
     let unlit = if material.unlit { flags::UNLIT } else { 0 };
     PartMaterial {
         sigma: material.sigma,
         ior: material.ior,
         base_color: material.base_color,
-        flags: of_part | opaque | thin_wall | unlit | sampled,
+        flags: of_part | opaque | thin_wall | double_sided | unlit | sampled,
         emissive: material.emissive,
         roughness: material.roughness,
         dispersion: material.dispersion,

@@ -85,8 +85,9 @@ fn meet(ray: ptr<function, Ray>, path: ptr<function, Path>, at: Surface, strange
         return false;
     }
     (*path).events += u32(bends_here);
-    // The surface's own tint: once for a solid, wherever the ray passes a thin wall.
-    if (at.front || is_thin) && settings.absorb != 0u {
+    // The surface's own tint, from the front; of a thin wall with two sides from either.
+    let tints = at.front || (is_thin && (material_flags & FLAG_DOUBLE_SIDED) != 0u);
+    if tints && settings.absorb != 0u {
         (*path).optical_depth -= log(max(materials[at.part].base_color, vec3f(1e-4)));
     }
     r.direction = select(r.direction, bend.direction, bends_here);

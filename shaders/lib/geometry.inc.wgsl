@@ -35,6 +35,7 @@ const FLAG_FLAT: u32 = 4u;
 const FLAG_PLANE: u32 = 8u;
 const FLAG_VERTEX_COLOR: u32 = 16u;
 const FLAG_UNLIT: u32 = 32u;
+const FLAG_DOUBLE_SIDED: u32 = 64u;
 const BASE_COLOR_SAMPLING_SHIFT: u32 = 8u;
 const EMISSIVE_SAMPLING_SHIFT: u32 = 16u;
 

@@ -20,6 +20,8 @@ pub struct Material {
     pub dispersion: f32,
     /// A clear part without volume (glTF thickness 0): refracts nothing, tints by its base colour.
     pub thin_wall: bool,
+    /// A thin wall tints from behind too.
+    pub double_sided: bool,
     /// Where media overlap the higher one counts.
     pub priority: i32,
     /// Linear radiance given off.
@@ -46,6 +48,7 @@ impl Default for Material {
             roughness: 0.0,
             dispersion: 0.0,
             thin_wall: false,
+            double_sided: false,
             priority: 0,
             emissive: Vec3::ZERO,
             unlit: false,
@@ -127,6 +130,8 @@ pub mod flags {
     pub const VERTEX_COLOR: u32 = 16;
     /// Gives off its base colour, whatever the light.
     pub const UNLIT: u32 = 32;
+    /// A thin wall tints from behind too.
+    pub const DOUBLE_SIDED: u32 = 64;
     /// From here on five bits: the base colour picture's [`Sampling::bits`](crate::scene::geometry::Sampling::bits).
     pub const BASE_COLOR_SAMPLING_SHIFT: u32 = 8;
     /// From here on five bits: the emissive picture's.

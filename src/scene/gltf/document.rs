@@ -190,6 +190,7 @@ pub(super) struct Material {
     pub(super) emissive_texture: Option<TextureInfo>,
     pub(super) alpha_mode: Option<String>,
     pub(super) alpha_cutoff: Option<f32>,
+    pub(super) double_sided: bool,
     pub(super) extensions: MaterialExtensions,
 }
 

@@ -144,6 +144,7 @@ fn plain(source: &document::Material) -> Material {
         roughness: if unlit { 0.0 } else { unit(pbr.roughness_factor.unwrap_or(1.0)) },
         dispersion: extensions.dispersion.as_ref().map_or(0.0, |d| finite(d.dispersion, 0.0).clamp(0.0, 100.0)),
         thin_wall: film || (transmits && volume.is_none()),
+        double_sided: source.double_sided,
         emissive,
         unlit,
         ..Material::default()

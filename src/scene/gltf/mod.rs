@@ -4,7 +4,7 @@
 //! _emissive_strength _unlit and _variants, KHR_mesh_quantization and KHR_texture_transform.
 //!
 //! [`container`] finds the bytes, [`document`] is the JSON, [`accessor`] turns checked bytes into numbers;
-//! [`hierarchy`], [`primitive`] (with [`normals`]), [`animations`], [`materials`] and [`pictures`] make the parts of a [`Geometry`].
+//! [`hierarchy`], [`primitive`] (with [`normals`] and [`cutout`]), [`animations`], [`materials`] and [`pictures`] make the parts of a [`Geometry`].
 //!
 //! What stops the picture is one error; what does not is a warning. Every index, size and offset is checked where it is
 //! followed, and nothing is allocated that the file has no bytes for.
@@ -12,6 +12,7 @@
 mod accessor;
 mod animations;
 mod container;
+mod cutout;
 mod document;
 mod hierarchy;
 mod materials;
@@ -26,7 +27,7 @@ use container::Container;
 use document::{Document, Primitive};
 use hierarchy::Hierarchy;
 use materials::Materials;
-use primitive::{MAX_MORPHS, MAX_TRIANGLES, MAX_VERTICES, Rig, Room};
+use primitive::{MAX_MORPHS, MAX_TRIANGLES, MAX_VERTICES, Rig, Room, Surface};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -236,10 +237,17 @@ impl Build<'_, '_> {
             triangles: MAX_TRIANGLES - self.geometry.triangles.len(),
             morphs: MAX_MORPHS - self.geometry.morphs.len(),
         };
-        let Some(mut mesh) = primitive::mesh(primitive, self.accessors, rig, uv_use.as_ref(), room, report)? else {
+        let material = self.materials.material(primitive.material, uv_use.as_ref(), report)?;
+        let picture = material.base_color_texture.map(|t| &self.materials.pictures.textures[t as usize]);
+        let surface = Surface { uv_use: uv_use.as_ref(), picture };
+        let Some(mut mesh) = primitive::mesh(primitive, self.accessors, rig, &surface, room, report)? else {
             return Ok(());
         };
-        let material = self.materials.material(primitive.material, uv_use.as_ref(), report)?;
+        if mesh.flat && !material.opaque && !material.thin_wall {
+            report.warn(
+                "a clear part has no normals, so it has facets; export it with normals for smooth glass".to_owned(),
+            );
+        }
         if mesh.colored && !material.opaque {
             report.warn("vertex colours of a clear part are not shown".to_owned());
         }

@@ -2,9 +2,10 @@
 
 use super::Report;
 use super::accessor::Accessors;
+use super::cutout::Mask;
 use super::document::{Attributes, Primitive, Target};
 use super::materials::UvUse;
-use crate::scene::geometry::{Influence, Morph, RestVertex, uv_from_color};
+use crate::scene::geometry::{Influence, Morph, RestVertex, Texture, uv_from_color};
 use glam::{Vec2, Vec3};
 
 /// The most triangles of a model: records number them with 24 bits.
@@ -44,6 +45,15 @@ pub(super) enum Rig {
     },
 }
 
+/// What a part's material wants of its mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surface<'a> {
+    /// The texture coordinates of its pictures, if it has any.
+    pub(super) uv_use: Option<&'a UvUse>,
+    /// Its base colour's picture, whose holes are cut out.
+    pub(super) picture: Option<&'a Texture>,
+}
+
 /// How much more a model may hold.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
@@ -60,7 +70,7 @@ pub(super) fn mesh(
     primitive: &Primitive,
     accessors: &Accessors<'_>,
     rig: Rig,
-    uv_use: Option<&UvUse>,
+    surface: &Surface<'_>,
     room: Room,
     report: &mut Report,
 ) -> Result<Option<Mesh>, String> {
@@ -89,7 +99,7 @@ pub(super) fn mesh(
     let attributes = &primitive.attributes;
     let mut mesh = Mesh { flat: attributes.normal.is_none(), targets: primitive.targets.len(), ..Mesh::default() };
     mesh.vertices = vertices(attributes, &positions, accessors)?;
-    if let Some(uv_use) = uv_use {
+    if let Some(uv_use) = surface.uv_use {
         mesh.add_coordinates(attributes, uv_use, accessors, report)?;
     } else if let Some(color) = attributes.color0 {
         mesh.add_colors(color, accessors)?;
@@ -102,6 +112,13 @@ pub(super) fn mesh(
         mesh.add_target(target, mesh.flat, accessors, report)?;
     }
     mesh.triangles = triangles;
+    if let Some(mask) = surface.picture.and_then(Mask::of) {
+        mesh.cut_out(&mask, room);
+        if mesh.triangles.is_empty() {
+            report.warn("a part of nothing but its mask's holes is left out".to_owned());
+            return Ok(None);
+        }
+    }
     if mesh.flat {
         if mesh.triangles.len() * 3 > room.vertices {
             return Err(too_many_vertices(mesh.triangles.len() * 3));

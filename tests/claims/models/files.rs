@@ -24,6 +24,7 @@ fn shared() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
+/// The vase's authors state 14,036 triangles; the holes of its leaves' mask make more.
 /// Name, triangles, matrices, morph targets, clips, clear parts, pictures.
 const KNOWN: [(&str, usize, usize, u32, usize, usize, usize); 16] = [
     ("static/bunny_69666_closed.glb", 69_666, 1, 0, 0, 0, 0),
@@ -41,7 +42,7 @@ const KNOWN: [(&str, usize, usize, u32, usize, usize, usize); 16] = [
     ("glass/AttenuationTest.glb", 292, 23, 0, 0, 21, 2),
     ("glass/TransmissionRoughnessTest.glb", 77_792, 9, 0, 0, 5, 3),
     ("glass/DispersionTest.glb", 51_827, 27, 0, 0, 25, 2),
-    ("glass/GlassVaseFlowers.glb", 14_036, 4, 0, 0, 2, 1),
+    ("glass/GlassVaseFlowers.glb", 28_774, 4, 0, 0, 2, 1),
 ];
 
 #[test]

@@ -12,7 +12,10 @@ use std::sync::Arc;
 fn maker_of(material: &Value) -> Maker {
     let mut maker = Maker::triangle();
     maker.push("materials", material.clone());
-    maker.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let normal = maker.floats("VEC3", &[0.0, 0.0, 1.0].repeat(3));
+    let primitive = &mut maker.json["meshes"][0]["primitives"][0];
+    primitive["material"] = json!(0);
+    primitive["attributes"]["NORMAL"] = json!(normal);
     maker
 }
 
@@ -79,6 +82,32 @@ fn emission_is_scaled_by_its_strength_and_odd_numbers_are_tamed() {
     assert_eq!((odd.base_color, odd.roughness), (Vec3::new(0.0, 1.0, 1.0), 1.0));
     assert_eq!((odd.emissive, odd.sigma), (Vec3::new(65504.0, 0.0, 0.0), Vec3::ZERO));
     assert_eq!((odd.ior, odd.dispersion), (1.5, 0.0));
+}
+
+#[test]
+fn what_is_not_shown_of_a_material_is_told_once() {
+    let clear = |more: Value| {
+        let mut extensions = json!({ "KHR_materials_volume": { "thicknessFactor": 1.0 } });
+        extensions["KHR_materials_transmission"] = more;
+        json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "extensions": extensions })
+    };
+    let half = maker_of(&clear(json!({ "transmissionFactor": 0.5 }))).read();
+    assert_eq!(half.warnings.len(), 1);
+    assert!(half.warnings[0].what.contains("wholly clear"), "{}", half.warnings[0]);
+    let whole = clear(json!({ "transmissionFactor": 1.0 }));
+    maker_of(&whole).read_cleanly();
+    let mut faceted = maker_of(&whole);
+    faceted.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("NORMAL");
+    assert!(faceted.read().warnings[0].what.contains("has facets"), "{:?}", faceted.read().warnings);
+    let png = picture(image::ImageFormat::Png);
+    let base = json!({ "baseColorTexture": { "index": 0 } });
+    let blended = textured(&png, &json!({ "pbrMetallicRoughness": base, "alphaMode": "BLEND" })).read();
+    assert!(blended.warnings[0].what.contains("shown opaque"), "{:?}", blended.warnings);
+    let elsewhere = json!({ "index": 0, "texCoord": 1 });
+    let lamp = json!({ "pbrMetallicRoughness": base, "emissiveFactor": [1, 1, 1], "emissiveTexture": elsewhere });
+    let lamp = textured(&png, &lamp).read();
+    assert!(lamp.warnings[0].what.contains("different texture coordinates"), "{:?}", lamp.warnings);
+    assert_eq!(lamp.geometry.parts[0].material.emissive_texture, None);
 }
 
 #[test]

@@ -205,3 +205,63 @@ fn emission_is_factor_times_strength_times_picture() {
     assert!(furthest(&found, expected(3.0)) < 0.02);
     assert!(furthest(&found, expected(1.0)) > 0.1);
 }
+
+/// A square whose picture of 64 texels has a round hole in its middle, a third of its side wide.
+fn holed(alpha_mode: &str, morphs: bool) -> Maker {
+    let material = json!({
+        "alphaMode": alpha_mode,
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } },
+        "extensions": { "KHR_materials_unlit": {} },
+    });
+    let uv = vec![0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+    let mut maker = quad(&material, &[("TEXCOORD_0", "VEC2", uv)]);
+    let hole = |x: u32, y: u32| (Vec2::new(x as f32, y as f32) + 0.5).distance(Vec2::splat(32.0)) < 64.0 / 6.0;
+    let texel = |x, y| image::Rgba([255, 255, 255, if hole(x, y) { 0 } else { 255 }]);
+    let mut png = Cursor::new(Vec::new());
+    image::DynamicImage::from(image::RgbaImage::from_fn(64, 64, texel))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .unwrap();
+    let view = maker.view(&png.into_inner());
+    maker.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
+    maker.push("textures", json!({ "source": 0 }));
+    if morphs {
+        let lean = maker.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        maker.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": lean }]);
+        maker.json["meshes"][0]["weights"] = json!([1.0]);
+    }
+    maker
+}
+
+fn area(geometry: &murrine::scene::geometry::Geometry) -> f32 {
+    let doubled = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| geometry.vertices[v as usize].position);
+        (b - a).cross(c - a).length()
+    };
+    geometry.triangles.iter().map(doubled).sum::<f32>() / 2.0
+}
+
+#[test]
+fn the_holes_of_a_mask_are_cut_out_of_the_mesh() {
+    let hole = std::f32::consts::PI / 9.0;
+    let cut = holed("MASK", false).read_cleanly().geometry;
+    assert!((area(&cut) - (4.0 - hole)).abs() < 0.05 * hole, "{} is left", area(&cut));
+    assert!(cut.triangles.len() < 1000, "{} triangles", cut.triangles.len());
+    let whole = holed("OPAQUE", false).read_cleanly().geometry;
+    assert_eq!((area(&whole), whole.triangles.len()), (4.0, 2), "only a mask has holes");
+    let seen = picture_of(&holed("MASK", false));
+    for (p, color) in places().zip(&seen) {
+        let off = (p - 0.5).length() - 1.0 / 6.0;
+        let expected = if off < 0.0 { Vec3::ZERO } else { Vec3::ONE };
+        assert!(off.abs() < 0.02 || (*color - expected).length() < 1e-3, "{color} at {p}");
+    }
+}
+
+#[test]
+fn what_is_cut_moves_with_what_is_left() {
+    let leaning = holed("MASK", true).read_cleanly().geometry;
+    let (posed, _) = super::rigs::posed(leaning, 0.0);
+    assert!(posed.len() > 100);
+    for (p, _) in posed {
+        assert!((p.z - (p.x + 1.0) / 2.0).abs() < 1e-5, "{p} left the plane");
+    }
+}
