@@ -402,7 +402,9 @@ fn thin_walls_tint_the_light_once_each_and_do_not_fill_their_body() {
         Scene { models: vec![model(slab(0.2, 0.5), opaque())], lights: vec![sun(Vec3::NEG_Y)], ..Scene::default() };
     let mut world = World::load(&scene, None).unwrap();
     let part = &mut Arc::make_mut(&mut world.models[0]).parts[0];
-    part.material = Material { thin_wall: true, base_color: tint, sigma: Vec3::splat(9.0), ..Material::default() };
+    let (thin_wall, double_sided) = (true, true);
+    part.material =
+        Material { thin_wall, double_sided, base_color: tint, sigma: Vec3::splat(9.0), ..Material::default() };
     let scene = Scene { models: vec![Model { materials: Vec::new(), ..scene.models[0].clone() }], ..scene };
     let lit = Lit::of(&scene, &world);
     let below = lit.absorption(0, &disc(Vec3::ZERO, 0.4, 0.0), Vec3::ZERO);
