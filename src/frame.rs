@@ -18,7 +18,7 @@ use crate::stale::{self, Inputs, Stale};
 use crate::surroundings::{SurroundingsBuffers, surroundings};
 use crate::volume::Volume;
 use crate::voxel_cameras::VoxelCameras;
-use crate::voxelize::{self, Voxelizer};
+use crate::voxelize::{self, Method, Voxelizer};
 use glam::UVec2;
 use std::ops::Range;
 
@@ -47,7 +47,7 @@ pub struct Request<'a> {
 #[derive(Debug)]
 pub struct Frame {
     animate: Animate,
-    voxelizer: Option<(&'static str, Box<dyn Voxelizer>)>,
+    voxelizer: Option<(&'static Method, Box<dyn Voxelizer>)>,
     resolve: Resolve,
     fill: FillInterior,
     light: LightColumns,
@@ -136,7 +136,7 @@ impl Frame {
         stale.grids_anew(&self.volume.fit(gpu, &cameras.grids)?);
         self.warnings = cameras.warnings;
 
-        let (Some(triangles), Some(surroundings), Some((_, voxelizer))) =
+        let (Some(triangles), Some(surroundings), Some((method, voxelizer))) =
             (&self.triangles, &self.surroundings, &mut self.voxelizer)
         else {
             return Ok(StageTimes::new());
@@ -160,7 +160,8 @@ impl Frame {
                 self.resolve.record(&mut rec, volume, grid, triangles);
             }
             rec.stage("fill")?;
-            for grid in stale_grids().filter(|_| scene.voxelizer.fill == Fill::Eager) {
+            let fills = scene.voxelizer.fill == Fill::Eager && !method.interior;
+            for grid in stale_grids().filter(|_| fills) {
                 self.fill.record(&mut rec, volume, grid, triangles, scene.effect.fill_questionable);
             }
         }
@@ -219,9 +220,9 @@ impl Frame {
         if let Some(triangles) = self.triangles.as_ref().filter(|_| stale.materials) {
             self.animate.write_materials(gpu, triangles, &inputs.materials);
         }
-        if self.voxelizer.as_ref().map(|(name, _)| *name) != Some(scene.voxelizer.method.as_str()) {
+        if self.voxelizer.as_ref().map(|(method, _)| method.name) != Some(scene.voxelizer.method.as_str()) {
             let method = voxelize::method(&scene.voxelizer.method)?;
-            self.voxelizer = Some((method.name, (method.new)(gpu)?));
+            self.voxelizer = Some((method, (method.new)(gpu)?));
         }
         if self.radiance.size != request.size.max(UVec2::ONE) {
             self.radiance = self.march.target(gpu, request.size.max(UVec2::ONE));

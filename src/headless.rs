@@ -169,7 +169,7 @@ pub fn voxels(
         volume.clear(&mut rec, 0);
         let input = voxelize::Input { volume: &volume, grid: 0, triangles: &triangles, settings: &scene.voxelizer };
         voxelizer.record(&mut rec, &input)?;
-        if solid {
+        if solid && !method.interior {
             rec.stage("fill")?;
             fill.record(&mut rec, &volume, 0, &triangles, true);
         }

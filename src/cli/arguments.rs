@@ -3,7 +3,7 @@
 use crate::gpu::AdapterChoice;
 use crate::headless;
 use crate::march::Channel;
-use crate::scene::description::{Hit, Refraction};
+use crate::scene::description::{Conservative, Hit, Refraction};
 use crate::scene::words::{Words, nearest};
 use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, UVec2, UVec3};
@@ -189,6 +189,12 @@ pub(super) struct Voxelize {
     /// 26: every cell that a surface touches; 6: thin
     #[arg(long, value_name = "26|6", value_parser = ["26", "6"])]
     pub(super) separability: Option<String>,
+    /// Which columns a triangle reaches, for rasterizing methods; `murrine list conservative`
+    #[arg(long, value_name = "NAME", value_parser = word::<Conservative>)]
+    pub(super) conservative: Option<String>,
+    /// Mark every slice that a triangle's plane reaches over a column, for rasterizing methods
+    #[arg(long)]
+    pub(super) conservative_depth: bool,
     /// Mark the cells whose centre is inside instead of those on the surface
     #[arg(long)]
     pub(super) solid: bool,

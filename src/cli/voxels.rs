@@ -44,7 +44,10 @@ pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Re
 fn assignments(options: &Voxelize) -> Vec<String> {
     let method = options.voxelizer.as_ref().map(|name| format!("voxelizer.method=\"{name}\""));
     let separability = options.separability.as_ref().map(|s| format!("voxelizer.separability={s}"));
-    method.into_iter().chain(separability).chain(options.sets.iter().cloned()).collect()
+    let conservative = options.conservative.as_ref().map(|c| format!("voxelizer.conservative={c}"));
+    let depth = options.conservative_depth.then(|| "voxelizer.conservative_depth=true".to_owned());
+    let sets = [method, separability, conservative, depth].into_iter().flatten();
+    sets.chain(options.sets.iter().cloned()).collect()
 }
 
 /// The grid whose cubes just hold the bodies at the chosen time, in its middle.

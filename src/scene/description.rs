@@ -111,6 +111,23 @@ pub enum Separability {
     Six,
 }
 
+/// How a rasterizing method sees to it that a triangle reaches every column that it touches, not only those whose middle
+/// line it meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Conservative {
+    /// Not at all: middle lines alone.
+    #[default]
+    None,
+    /// The triangle grown by a column's square, exactly (Hasselgren et al. 2005, first algorithm).
+    Polygon,
+    /// Its bounding triangle, clipped by the triangle's box in the fragment (the same, second algorithm).
+    Box,
+    /// The triangle's sides moved out by half a column's diagonal, clipped likewise (Hertel et al. 2009; RB §3.3.2).
+    Dilated,
+    /// The adapter's own, where it has one.
+    Hardware,
+}
+
 /// How the interior is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fill {
@@ -130,6 +147,11 @@ pub struct VoxelizerSettings {
     pub method: String,
     /// Thin or thick.
     pub separability: Separability,
+    /// Which columns a triangle reaches; methods of which [`crate::voxelize::Method::conservative`] lists it only.
+    pub conservative: Conservative,
+    /// Every slice between the least and the greatest depth of a triangle's plane over a column is marked, not only that
+    /// of one depth (TR §1.4.5.3); the same methods only.
+    pub conservative_depth: bool,
     /// Fraction of a cell by which slices overlap (CL §3.2.2); `slice-amplified` only.
     pub slice_overlap: f32,
     /// Triangles of more projected cells² than this go to fragments, `None` for what suits the device; `hybrid` only.
@@ -143,6 +165,8 @@ impl Default for VoxelizerSettings {
         Self {
             method: "hybrid".to_owned(),
             separability: Separability::TwentySix,
+            conservative: Conservative::None,
+            conservative_depth: false,
             slice_overlap: 0.0,
             cutoff_cells2: None,
             fill: Fill::Lazy,

@@ -1,6 +1,6 @@
 //! The words that scene files, menus and the command line share: one for each variant of a choice.
 
-use super::description::{Align, Fill, Hit, Projection, Refraction, Shadow};
+use super::description::{Align, Conservative, Fill, Hit, Projection, Refraction, Shadow};
 
 /// A choice whose variants have one word each.
 pub trait Words: Copy + PartialEq + 'static {
@@ -37,6 +37,16 @@ impl Words for Projection {
     const WORDS: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Orthographic, "orthographic", "parallel columns"),
         (Self::Perspective, "perspective", "columns through the eye, slices uniform in eye depth"),
+    ];
+}
+
+impl Words for Conservative {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::None, "none", "columns whose middle line a triangle meets"),
+        (Self::Polygon, "polygon", "every column it touches: the triangle grown by a square (Hasselgren et al. 2005)"),
+        (Self::Box, "box", "its grown sides within its box: a triangle clipped in the fragment (the same)"),
+        (Self::Dilated, "dilated", "its sides moved out by half a diagonal, within its box (Hertel et al. 2009)"),
+        (Self::Hardware, "hardware", "the adapter's own, where it has one"),
     ];
 }
 

@@ -34,6 +34,8 @@ pub(super) const METHOD: Method = Method {
     shader: None,
     paper: &papers::AKENINE_MOLLER_2001,
     promise: Promise::Exact,
+    interior: false,
+    conservative: &[],
     new: |_| Ok(Box::new(CpuExact {})),
 };
 

@@ -14,6 +14,8 @@
 //! along z: few columns, each marked with few atomics. T′ is the hull of three squares instead of the triangle's own
 //! shape grown: no spikes, right for lines and points. There are no geometry shaders: the vertex shader pulls a triangle
 //! twelve times.
+//! It is conservative by nature, in depth too, so it takes no `conservative` option: the outline reaches every column
+//! that a triangle touches, and the fragment decides.
 //! Promises: exact, 26- or 6-separating. Costs: a vertex stage and a raster set-up for each triangle, ten times what
 //! `triangle-parallel` takes for small ones; fast on large ones, which spread over all cores.
 
@@ -37,6 +39,8 @@ pub(super) const METHOD: Method = Method {
     shader: Some(SHADER),
     paper: &papers::RAUWENDAAL_BAILEY_2013,
     promise: Promise::Exact,
+    interior: false,
+    conservative: &[],
     new: |gpu| Ok(Box::new(FragmentParallel::new(gpu)?)),
 };
 

@@ -18,7 +18,7 @@ pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
 use crate::animate::Triangles;
 use crate::gpu::{Gpu, GpuError, Recorder};
 use crate::papers::Paper;
-use crate::scene::description::VoxelizerSettings;
+use crate::scene::description::{Conservative, VoxelizerSettings};
 use crate::volume::Volume;
 
 /// What a method's set of voxels is worth.
@@ -43,6 +43,11 @@ pub struct Method {
     pub paper: &'static Paper,
     /// What it promises.
     pub promise: Promise,
+    /// It writes the volume's `interior` words itself, so no fill runs after it; its `occupancy` is the solid's boundary.
+    pub interior: bool,
+    /// Which ways of reaching every column it can take, beside [`Conservative::None`]; none if it needs none, because it
+    /// solves for every cell that a triangle touches.
+    pub conservative: &'static [Conservative],
     /// Compiles it.
     pub new: fn(&Gpu) -> Result<Box<dyn Voxelizer>, GpuError>,
 }

@@ -41,6 +41,8 @@ pub(super) const METHOD: Method = Method {
     shader: Some(SHADER),
     paper: &papers::CHANG_LAI_2011,
     promise: Promise::Approximate,
+    interior: false,
+    conservative: &[],
     new: |gpu| Ok(Box::new(SliceAmplified::new(gpu)?)),
 };
 

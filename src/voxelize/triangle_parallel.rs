@@ -35,6 +35,8 @@ pub(super) const METHOD: Method = Method {
     shader: Some(SHADER),
     paper: &papers::RAUWENDAAL_BAILEY_2013,
     promise: Promise::Exact,
+    interior: false,
+    conservative: &[],
     new: |gpu| Ok(Box::new(TriangleParallel::new(gpu)?)),
 };
 

@@ -2,8 +2,8 @@
 
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
-    Align, Background, Cells, Deformer, Fill, GridSettings, Hit, Light, LightKind, MaterialOverride, Model, Projection,
-    Refraction, Scene, Separability, Shadow, Shape, Source,
+    Align, Background, Cells, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind, MaterialOverride,
+    Model, Projection, Refraction, Scene, Separability, Shadow, Shape, Source,
 };
 use murrine::scene::file;
 use murrine::scene::words::Words;
@@ -145,6 +145,8 @@ fn unusual() -> Scene {
     scene.voxelizer.method = "cpu-exact".into();
     scene.voxelizer.separability = Separability::Six;
     scene.voxelizer.fill = Fill::Eager;
+    scene.voxelizer.conservative = Conservative::Box;
+    scene.voxelizer.conservative_depth = true;
     scene.voxelizer.slice_overlap = 0.125;
     scene.voxelizer.cutoff_cells2 = Some(7.1);
     scene.effect.refraction = Refraction::TwoSurface;
@@ -264,6 +266,8 @@ fn a_wrong_assignment_says_what_is_wrong() {
         ("effect.max_events=0", "from 1 to 32"),
         ("efect.max_events=3", "did you mean `effect`?"),
         ("light.0.color=red", "write three numbers"),
+        ("voxelizer.conservative=boxes", "did you mean `box`?"),
+        ("voxelizer.conservative_depth=1", "`conservative_depth`"),
     ] {
         let told = set_all(text, &[assignment]).unwrap_err();
         assert!(told.contains(expected), "{assignment}: {told}");
@@ -301,6 +305,7 @@ fn every_word_reads_back_to_its_choice() {
     }
     check::<Align>();
     check::<Projection>();
+    check::<Conservative>();
     check::<Fill>();
     check::<Refraction>();
     check::<Hit>();

@@ -104,11 +104,22 @@ pub(super) fn vector(ui: &mut Ui, label: &str, hint: &str, value: &mut Vec3, spe
 
 /// A menu of a choice's words, with a line about each.
 pub(super) fn choice<T: Words>(ui: &mut Ui, label: &str, hint: &str, value: &mut T) -> bool {
+    choice_of(ui, label, hint, value, |_| true)
+}
+
+/// As [`choice`], with those words alone whose variants `offered` is true for.
+pub(super) fn choice_of<T: Words>(
+    ui: &mut Ui,
+    label: &str,
+    hint: &str,
+    value: &mut T,
+    offered: impl Fn(&T) -> bool,
+) -> bool {
     let before = *value;
     row(ui, label, hint, |ui| {
         let menu = ComboBox::from_id_salt(label).selected_text(value.word()).width(ui.available_width());
         menu.show_ui(ui, |ui| {
-            for (variant, word, about) in T::WORDS {
+            for (variant, word, about) in T::WORDS.iter().filter(|(variant, ..)| offered(variant)) {
                 ui.selectable_value(value, *variant, *word).on_hover_text(*about);
             }
         });

@@ -1,7 +1,7 @@
 //! How the grids are marked and filled.
 
-use super::rows::{choice, log_slider, name_choice, quiet, row, slider};
-use crate::scene::description::{Separability, VoxelizerSettings};
+use super::rows::{choice, choice_of, log_slider, name_choice, quiet, row, slider};
+use crate::scene::description::{Conservative, Separability, VoxelizerSettings};
 use crate::voxelize::{METHODS, Promise, method};
 use egui::Ui;
 
@@ -13,6 +13,9 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
     let names = METHODS.iter().map(|m| (m.name, m.summary));
     if let Some(name) = name_choice(ui, "Method", "how triangles mark voxels", &settings.method, names) {
         settings.method = name;
+        if method(&settings.method).is_ok_and(|m| !m.conservative.contains(&settings.conservative)) {
+            settings.conservative = Conservative::None;
+        }
     }
     if let Ok(method) = method(&settings.method) {
         let promise = match method.promise {
@@ -20,6 +23,13 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
             Promise::Approximate => "approximate",
         };
         quiet(ui, format!("{} · {promise} · {}", method.summary, method.paper.short));
+        if !method.conservative.is_empty() {
+            let hint = "which columns a triangle reaches";
+            let takes = |way: &Conservative| *way == Conservative::None || method.conservative.contains(way);
+            choice_of(ui, "Conservative", hint, &mut settings.conservative, takes);
+            let hint = "every slice that a triangle's plane reaches over a column";
+            row(ui, "", hint, |ui| ui.checkbox(&mut settings.conservative_depth, "in depth too").on_hover_text(hint));
+        }
     }
     row(ui, "Separability", "26: every voxel that the surface touches; 6: thin", |ui| {
         ui.selectable_value(&mut settings.separability, Separability::TwentySix, "26");

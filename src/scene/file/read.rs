@@ -132,7 +132,6 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
         Some(6) => Separability::Six,
         Some(other) => return Err(from.error_at("separability", format!("separability is {other}; write 26 or 6"))),
     };
-    from.not_yet("conservative", &["dilated"])?;
     let cutoff_cells2 = if from.is_string("cutoff_cells2") {
         match from.string("cutoff_cells2")? {
             Some(other) if other != "auto" => {
@@ -147,6 +146,8 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
     let voxelizer = VoxelizerSettings {
         method,
         separability,
+        conservative: from.word("conservative")?.unwrap_or_default(),
+        conservative_depth: from.flag("conservative_depth")?.unwrap_or_default(),
         slice_overlap: from.number("slice_overlap", 0.0..=1.0)?.unwrap_or(default.slice_overlap),
         cutoff_cells2,
         fill: from.word("fill")?.unwrap_or_default(),

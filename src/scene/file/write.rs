@@ -107,6 +107,8 @@ fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
     Lines::default()
         .with("method", voxelizer.method.as_str())
         .with("separability", separability)
+        .with("conservative", voxelizer.conservative.word())
+        .with("conservative_depth", voxelizer.conservative_depth)
         .with("slice_overlap", number(voxelizer.slice_overlap))
         .with("cutoff_cells2", voxelizer.cutoff_cells2.map_or_else(|| Value::from("auto"), number))
         .with("fill", voxelizer.fill.word())
