@@ -1,5 +1,6 @@
 #include "lib/crossing.inc.wgsl"
 #include "lib/event.inc.wgsl"
+#include "lib/eye_media.inc.wgsl"
 #include "lib/march_settings.inc.wgsl"
 #include "lib/path_store.inc.wgsl"
 #include "lib/refract.inc.wgsl"
@@ -30,23 +31,24 @@
 @group(0) @binding(15) var<storage, read> neighbors: array<u32>;
 @group(0) @binding(14) var<storage, read_write> questionable: array<atomic<u32>>;
 
-// Cells by which a surface may lie off its record's plane: as far as the record's triangle goes on beyond its edges, and
-// where the ray meets a triangle beside it.
-const PLANE_SLACK_CELLS: f32 = 0.3;
-const TRIANGLE_SLACK_CELLS: f32 = 1.5;
-
+// Whether the eye is in the view's grid, and so may be in glass.
+override eye_inside: bool = false;
 // Pixels of a column that one thread takes.
 override pixels_per_thread: u32 = 8u;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let eye = surroundings.eye;
-    let eye_cell = grid_from_world(grids[VIEW], eye);
-    let eye_in_grid = all(eye_cell > vec3f(0.0)) && all(eye_cell < vec3f(grids[VIEW].cells));
     let contact = CONTACT_CELLS * grids[VIEW].cell_size;
     let row_first = settings.rows.x + id.y * pixels_per_thread;
     let row_last = select(row_first, min(row_first + pixels_per_thread, settings.rows.y), id.x < settings.size.x);
     var row = row_first;
+
+    var eye_media = vec4u(0u);
+    if eye_inside {
+        eye_media = media_at_eye(eye);
+    }
+    let eye_part = media_ruling(eye_media);
 
     var running = false;
     var pixel = vec2u(0u);
@@ -65,6 +67,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 ahead.triangle = number - 1u;
                 ray = ray_from_eye(eye, view_direction(picture_from_pixel(pixel, settings.size)));
                 path = clear_path(eye, ray.direction);
+                if eye_inside && eye_part != NO_PART {
+                    ray.media = eye_media;
+                    ray.ior = materials[eye_part].ior;
+                    ray.sigma = select(vec3f(0.0), materials[eye_part].sigma, settings.absorb != 0u);
+                }
             }
         }
         if !running {
@@ -93,13 +100,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             path.first_t = at.t;
             path.first_normal = at.normal;
             path.first_part = at.part + 1u;
-            path.first_front = at.front;
-            if !at.front && eye_in_grid && (materials[at.part].flags & (FLAG_OPAQUE | FLAG_THIN_WALL)) == 0u {
-                // The eye is in this part's glass.
-                ray.media = media_enter(ray.media, at.part);
-                ray.ior = materials[at.part].ior;
-                ray.sigma = select(vec3f(0.0), materials[at.part].sigma, settings.absorb != 0u);
-            }
+            // What a surface within glass mirrors is not drawn.
+            path.first_front = at.front && all(ray.media == vec4u(0u));
         }
         let strange = ahead.strange || (is_first && !at.front && !media_has(ray.media, at.part));
         var ends = false;

@@ -180,7 +180,8 @@ impl Frame {
             rec.stage("march")?;
             let (effect, channel, plane_light) = (&scene.effect, request.channel, self.plane_light.view());
             let background = inputs.surroundings.background_kind;
-            let input = march::Input { volume, triangles, surroundings, background, plane_light, effect, channel };
+            let eye = inputs.surroundings.eye;
+            let input = march::Input { volume, triangles, surroundings, eye, background, plane_light, effect, channel };
             self.march.record(&mut rec, &input, &self.radiance, rows.clone())?;
         }
         if self.rows_left.is_empty() && (stale.compose || !rows.is_empty()) {

@@ -28,7 +28,7 @@ use crate::scene::material::{PartMaterial, flags};
 use crate::surroundings::{LightData, PlaneData, Surroundings, SurroundingsBuffers};
 use crate::volume::{Record, Volume};
 use first_surface::FirstSurface;
-use glam::UVec2;
+use glam::{DVec3, UVec2, Vec3};
 use std::ops::Range;
 
 /// What the float channel of a frame holds; see the design's "Float channels".
@@ -146,6 +146,8 @@ struct Marching {
     refraction: Refraction,
     /// The view's grid is a perspective one.
     perspective: bool,
+    /// The eye is in the view's grid, and so may be in glass.
+    eye_inside: bool,
 }
 
 /// What a shade pass is compiled for.
@@ -168,6 +170,8 @@ pub struct Input<'a> {
     pub triangles: &'a Triangles,
     /// Around the volume.
     pub surroundings: &'a SurroundingsBuffers,
+    /// Where the camera stands, world.
+    pub eye: Vec3,
     /// [`Surroundings::background_kind`] of what stands there.
     pub background: u32,
     /// What is left of the lights on planes, [`crate::plane_light::PlaneLight::view`].
@@ -288,7 +292,11 @@ impl March {
             background: input.background,
         };
         let perspective = volume.grids.first().is_some_and(|g| g.projection == PERSPECTIVE);
-        let marching = Marching { hit: effect.hit, refraction: effect.refraction, perspective };
+        let eye_inside = volume.grids.first().is_some_and(|g| {
+            let p = g.grid_point(input.eye.as_dvec3());
+            p.cmpgt(DVec3::ZERO).all() && p.cmplt(g.cells.as_dvec3()).all()
+        });
+        let marching = Marching { hit: effect.hit, refraction: effect.refraction, perspective, eye_inside };
         let settings = buffer::uniform(gpu, "march_settings", &settings(effect, input.channel, target.size, &rows));
         let view = wgpu::BindingResource::TextureView;
         let resources = [
@@ -363,13 +371,21 @@ fn marching_pass(gpu: &Gpu, key: Marching, pixels_per_thread: u32) -> Result<Com
         Refraction::TwoSurface | Refraction::MultipleSurface => 2.0,
     };
     let by_voxel = key.hit == Hit::Voxel;
-    let (shader, constant) = match (key.refraction, key.hit) {
-        (Refraction::TwoSurface, _) => ("march_two_surface.wgsl", ("first_is_voxel", f64::from(u32::from(by_voxel)))),
-        (_, Hit::Surfel) => ("march.wgsl", ("pixels_per_thread", f64::from(pixels_per_thread))),
-        (_, Hit::Voxel) => ("march_voxel.wgsl", ("bends", bends)),
+    let (shader, constants): (_, &[_]) = match (key.refraction, key.hit) {
+        (Refraction::TwoSurface, _) => {
+            ("march_two_surface.wgsl", &[("first_is_voxel", f64::from(u32::from(by_voxel)))])
+        }
+        (_, Hit::Surfel) => (
+            "march.wgsl",
+            &[
+                ("pixels_per_thread", f64::from(pixels_per_thread)),
+                ("eye_inside", f64::from(u32::from(key.eye_inside))),
+            ],
+        ),
+        (_, Hit::Voxel) => ("march_voxel.wgsl", &[]),
     };
-    let constants = [constant, ("bends", bends), ("perspective_rays", f64::from(u32::from(key.perspective)))];
-    ComputePass::with_constants(gpu, shader, "main", LAYOUTS, &constants)
+    let shared = [("bends", bends), ("perspective_rays", f64::from(u32::from(key.perspective)))];
+    ComputePass::with_constants(gpu, shader, "main", LAYOUTS, &[constants, &shared].concat())
 }
 
 fn shading_pass(gpu: &Gpu, key: Shading) -> Result<ComputePass, GpuError> {

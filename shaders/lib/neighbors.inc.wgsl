@@ -7,6 +7,11 @@
 // A voxel's record names one of the few triangles that lie in it: the one that is met is never far.
 const MAX_NEIGHBOR_STEPS: u32 = 8u;
 
+// Cells by which a surface may lie off its record's plane: as far as the record's triangle goes on beyond its edges, and
+// where the ray meets a triangle beside it.
+const PLANE_SLACK_CELLS: f32 = 0.3;
+const TRIANGLE_SLACK_CELLS: f32 = 1.5;
+
 struct Met {
     triangle: u32,
     inside: bool,       // the ray meets it within its edges

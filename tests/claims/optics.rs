@@ -1,6 +1,7 @@
 //! How rays go through glass, against what physics says in closed form.
 
 mod balls;
+mod eye;
 mod nested;
 mod repair;
 mod two_surface;

@@ -31,7 +31,7 @@ const CLEAR: f64 = 0.04;
 /// The ray behind all balls; `None` where it meets none, bends more than `max_events` times, or passes an outline.
 pub(super) fn through(balls: &[Ball], eye: DVec3, d: DVec3, max_events: u32) -> Option<Traced> {
     let (mut origin, mut direction) = (eye, d);
-    let mut inside = vec![false; balls.len()];
+    let mut inside: Vec<bool> = balls.iter().map(|b| eye.distance(b.center) < b.radius).collect();
     let ruling = |inside: &[bool]| {
         let around = (0..balls.len()).filter(|i| inside[*i]);
         around.max_by_key(|i| (balls[*i].priority, *i)).map_or((1.0, 0.0), |i| (balls[i].ior, balls[i].sigma))

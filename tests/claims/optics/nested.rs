@@ -23,7 +23,7 @@ fn scene(models: Vec<Model>) -> Scene {
 }
 
 /// A scene of these balls, as meshes.
-fn scene_of_balls(balls: &[Ball]) -> Scene {
+pub(super) fn scene_of_balls(balls: &[Ball]) -> Scene {
     let model = |(i, ball): (usize, &Ball)| {
         let shape = Shape::Icosphere { radius: ball.radius as f32, subdivisions: 5 };
         let mut model = glass(&format!("ball {i}"), shape, ball.ior as f32, Vec3::splat(ball.sigma as f32));
