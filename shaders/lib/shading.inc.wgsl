@@ -205,6 +205,18 @@ fn rough_lobe(n: vec3f, view_dir: vec3f, to_light: vec3f, roughness: f32) -> f32
     return d * v * fresnel_schlick(max(dot(h, to_light), 0.0), 0.04) * nl;
 }
 
+// The four texels of a layer about a place in cells, blended. Not by a sampler: how that rounds hangs on the texture's
+// size, which may be larger than the layer.
+fn plane_light_at(p: vec2f, cells: vec2u, layer: u32) -> vec3f {
+    let at = clamp(p - 0.5, vec2f(0.0), vec2f(cells - 1u));
+    let lo = vec2u(at);
+    let hi = min(lo + 1u, cells - 1u);
+    let f = at - vec2f(lo);
+    let low = mix(textureLoad(plane_light, lo, layer, 0).rgb, textureLoad(plane_light, vec2u(hi.x, lo.y), layer, 0).rgb, f.x);
+    let high = mix(textureLoad(plane_light, vec2u(lo.x, hi.y), layer, 0).rgb, textureLoad(plane_light, hi, layer, 0).rgb, f.x);
+    return mix(low, high, f.y);
+}
+
 // What is left of light number `light` at `p`, RGB. On plane number `plane` its shadows are soft (see `plane_light.rs`);
 // elsewhere (NO_PLANE) `n` is the normal on the side to be lit, by which a surface keeps clear of its own voxels.
 fn light_share(light: u32, p: vec3f, n: vec3f, plane: u32) -> vec3f {
@@ -216,9 +228,7 @@ fn light_share(light: u32, p: vec3f, n: vec3f, plane: u32) -> vec3f {
     let first_layer = surroundings.lights[light].first_layer;
     if on_plane && first_layer != NO_LAYER {
         let layer = first_layer + (place.grid - surroundings.lights[light].first_grid) * surroundings.counts.y + plane;
-        let cells = vec2f(grids[place.grid].cells.xy);
-        let at = clamp(place.p_grid.xy, vec2f(0.5), cells - 0.5) / vec2f(textureDimensions(plane_light));
-        return textureSampleLevel(plane_light, environment_sampler, at, layer, 0.0).rgb;
+        return plane_light_at(place.p_grid.xy, grids[place.grid].cells.xy, layer);
     }
     let left = grid_light(place.grid, place.p, place.p_grid, light_travel(light, place.p));
     return left.rgb * left.a;

@@ -3,6 +3,8 @@
 //! Distances are measured in half cells of each axis, as winners measure them.
 #![expect(clippy::cast_possible_truncation, reason = "small whole numbers")]
 
+mod growth;
+
 use crate::gpu;
 use crate::probe;
 use crate::stages::{Stages, point_of, unit_of};
