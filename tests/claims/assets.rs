@@ -55,7 +55,7 @@ fn remaking_the_models_gives_the_committed_bytes() {
 
 #[test]
 fn own_models_are_closed_and_wound_outwards_but_for_the_leaky_shell() {
-    for (name, _) in models::ALL {
+    for (name, _) in models::ALL.iter().filter(|(name, _)| name.ends_with(".glb")) {
         for (material, triangles) in primitives(&committed(name)) {
             let open = open_edges(&triangles);
             if *name == "shell.glb" {

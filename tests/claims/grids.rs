@@ -1,5 +1,7 @@
 //! Where grids stand: they enclose what they must, move by whole cells, and map both ways.
 
+mod moves;
+
 use crate::{gpu, probe};
 use glam::{DVec3, DVec4, UVec3, Vec3, Vec4};
 use murrine::gpu::{GpuStruct, buffer};

@@ -27,6 +27,7 @@ mod support;
 mod survival;
 mod surroundings;
 mod volume;
+mod views;
 mod voxelizers;
 mod window;
 

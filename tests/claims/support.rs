@@ -9,6 +9,14 @@ use murrine::march::Channel;
 use murrine::scene::description::{Background, MaterialOverride, Model, Shape, Source, VoxelizerSettings};
 use murrine::scene::{Scene, World};
 
+/// Says what a claim leaves out and why, past the test program's capture: a claim that holds less than it could must be
+/// seen to.
+pub(crate) fn left_out(what: &str, why: &str) {
+    use std::io::Write;
+    // Where nobody listens there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "left out: {what}: {why}");
+}
+
 /// Two pictures of a frame, row by row from the top.
 pub(crate) struct Rendered {
     pub size: UVec2,

@@ -8,6 +8,7 @@ mod glb;
 mod mesh;
 mod paperweight;
 mod shell;
+mod studio;
 mod tree;
 
 /// Makes the bytes of a file.
@@ -20,4 +21,5 @@ pub(crate) const ALL: &[(&str, Make)] = &[
     ("paperweight.glb", paperweight::make),
     ("tree.glb", tree::make),
     ("shell.glb", shell::make),
+    ("studio.hdr", studio::make),
 ];
