@@ -6,12 +6,16 @@
 // A ray origin + t·direction (world) is start + s·along in grid space, in a perspective grid too, where
 // s = t·w / (w + t·w_along): the map is projective. Slices are where z_grid = k·a / (b + k·c): `slab` in one formula
 // for both projections (a = b = 1, c = 0 when orthographic), so that nothing here branches.
+//
+// Where all columns of a perspective grid meet there is no grid space: a ray that comes from there (the eye's own rays do)
+// has its start moved on by `skipped`.
 
 // Whether rays may go through a perspective grid. Shaders that know that none does leave out its divisions.
 override perspective_rays: bool = true;
 
 struct GridRay {
     start: vec3f,       // grid space
+    skipped: f32,       // t of the start
     w: f32,
     along: vec3f,       // grid space for each unit of s
     w_along: f32,
@@ -35,9 +39,16 @@ struct Walk {
 }
 
 fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
-    let o = grids[grid].grid_from_world * vec4f(origin, 1.0);
+    let near = grids[grid].near;
+    let far = grids[grid].far;
     let d = grids[grid].grid_from_world * vec4f(direction, 0.0);
+    var o = grids[grid].grid_from_world * vec4f(origin, 1.0);
     var ray: GridRay;
+    // Half way to the first slice, in depth.
+    let in_perspective = perspective_rays & (grids[grid].projection == PERSPECTIVE);
+    let comes_from_apex = in_perspective & (o.w < 0.5 * near) & (d.w > 1e-6);
+    ray.skipped = select(0.0, (0.5 * near - o.w) / d.w, comes_from_apex);
+    o += ray.skipped * d;
     ray.start = select(o.xyz, o.xyz / o.w, perspective_rays);
     ray.w = o.w;
     ray.w_along = d.w;
@@ -47,8 +58,6 @@ fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
     ray.cells = vec3i(grids[grid].cells);
     ray.word_base = grids[grid].word_base;
     ray.words_per_column = grids[grid].words_per_column;
-    let near = grids[grid].near;
-    let far = grids[grid].far;
     // No `if` on what is uniform alone: lavapipe would compile the pass anew at every dispatch, to fold it.
     let slab = vec3f(far, near, (far - near) / f32(ray.cells.z));
     ray.slab = select(vec3f(1.0, 1.0, 0.0), slab, grids[grid].projection == PERSPECTIVE);
@@ -67,11 +76,12 @@ fn grid_ray(grid: u32, origin: vec3f, direction: vec3f) -> GridRay {
 }
 
 fn t_from_s(ray: GridRay, s: f32) -> f32 {
-    return select(s, s * ray.w / (ray.w - s * ray.w_along), perspective_rays);
+    return select(s, ray.skipped + s * ray.w / (ray.w - s * ray.w_along), perspective_rays);
 }
 
 fn s_from_t(ray: GridRay, t: f32) -> f32 {
-    return select(t, t * ray.w / (ray.w + t * ray.w_along), perspective_rays);
+    let from_start = t - ray.skipped;
+    return select(t, from_start * ray.w / (ray.w + from_start * ray.w_along), perspective_rays);
 }
 
 // Grid-space z of the boundary below slice k.

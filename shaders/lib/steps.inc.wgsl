@@ -15,7 +15,9 @@ struct Steps {
 
 // `s_begin` is where the steps start from: the first sample is `share` of a step further.
 fn steps_from(ray: GridRay, s_begin: f32, share: f32) -> Steps {
-    let s_step = 1.0 / max(abs(ray.along.x), max(abs(ray.along.y), abs(ray.along.z)));
+    // In perspective the last slice is the thinnest, by near / far.
+    let slices_per_s = abs(ray.along.z) * ray.slab.x / ray.slab.y;
+    let s_step = 1.0 / max(abs(ray.along.x), max(abs(ray.along.y), slices_per_s));
     return Steps(s_begin + (share - 1.0) * s_step, s_step, 0u, 0u, 0u);
 }
 

@@ -11,7 +11,7 @@ use balls::refract;
 use glam::{DVec3, UVec2, Vec3};
 use murrine::march::Channel;
 use murrine::scene::Scene;
-use murrine::scene::description::{Background, Camera, Hit, Light, LightKind, Refraction, Shape};
+use murrine::scene::description::{Background, Camera, Hit, Light, LightKind, Projection, Refraction, Shape};
 
 const SPHERE: Shape = Shape::Icosphere { radius: 1.0, subdivisions: 6 };
 
@@ -83,6 +83,24 @@ fn the_papers_marcher_leaves_a_sphere_within_half_a_degree() {
     assert!(median <= 0.45 && p95 <= 1.8, "median {median}°, p95 {p95}°");
     assert!(median > 0.05, "{median}° is not what voxels can do: is this the other marcher?");
     assert!(lost <= 0.02, "{lost} of the rays never left");
+}
+
+#[test]
+fn a_view_grid_in_perspective_bends_rays_as_well_as_an_orthographic_one() {
+    let size = UVec2::splat(96);
+    for (hit, refraction, most) in [
+        (Hit::Surfel, Refraction::MultipleSurface, 0.02),
+        (Hit::Voxel, Refraction::MultipleSurface, 0.6),
+        (Hit::Voxel, Refraction::None, 0.01),
+    ] {
+        let mut scene = sphere_scene(if refraction == Refraction::None { 1.0 } else { 1.5 }, hit);
+        scene.grid.projection = Projection::Perspective;
+        scene.effect.refraction = refraction;
+        let ior = f64::from(scene.models[0].materials[0].ior.unwrap());
+        let (errors, lost) = exit_errors(&scene, size, ior);
+        let (median, _) = spread(errors);
+        assert!(median <= most && lost <= 0.03, "{hit:?}, {refraction:?}: median {median}°, {lost} never left");
+    }
 }
 
 #[test]
