@@ -131,13 +131,11 @@ impl Painter {
                 self.configured = false; // from the next frame on
                 target
             }
-            wgpu::CurrentSurfaceTexture::Timeout => return Painted::Again,
-            wgpu::CurrentSurfaceTexture::Occluded => return Painted::Nowhere,
-            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Validation => {
-                self.configured = false;
-                return Painted::Again;
+            none => {
+                let (painted, configured) = without_texture(&none);
+                self.configured = configured;
+                return painted;
             }
-            wgpu::CurrentSurfaceTexture::Lost => return Painted::Lost,
         };
         let jobs = ctx.tessellate(shapes, pixels_per_point);
         let size_in_pixels = [target.texture.width(), target.texture.height()];
@@ -169,6 +167,17 @@ impl Painter {
         window.pre_present_notify();
         gpu.queue.present(target);
         Painted::Shown
+    }
+}
+
+/// What becomes of a painting to which the surface gives no texture, and whether the surface is still fit to use.
+#[must_use]
+pub fn without_texture(status: &wgpu::CurrentSurfaceTexture) -> (Painted, bool) {
+    match status {
+        wgpu::CurrentSurfaceTexture::Timeout => (Painted::Again, true),
+        wgpu::CurrentSurfaceTexture::Occluded => (Painted::Nowhere, true),
+        wgpu::CurrentSurfaceTexture::Lost => (Painted::Lost, false),
+        _ => (Painted::Again, false),
     }
 }
 

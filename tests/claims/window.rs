@@ -5,6 +5,7 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use murrine::app::actions::{self, ACTIONS, ActionId, CLICKER_KEYS, Group};
 use murrine::app::history::History;
 use murrine::app::notices::{Notices, Severity, Topic};
+use murrine::app::painter::{Painted, without_texture};
 use murrine::app::panels::{self, Chrome, Leaving, Stage};
 use murrine::app::parts::{PART_MS, Parts};
 use murrine::app::pictures::Measured;
@@ -746,6 +747,16 @@ fn without_a_display_it_says_what_to_do_and_exits_with_2() {
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(told.contains("DISPLAY") && told.contains("murrine render"), "{told}");
+}
+
+#[test]
+fn a_surface_that_fails_is_tried_again_configured_again_or_made_again() {
+    use wgpu::CurrentSurfaceTexture as Status;
+    assert_eq!(without_texture(&Status::Timeout), (Painted::Again, true));
+    assert_eq!(without_texture(&Status::Occluded), (Painted::Nowhere, true), "a hidden window paints nothing");
+    assert_eq!(without_texture(&Status::Outdated), (Painted::Again, false));
+    assert_eq!(without_texture(&Status::Validation), (Painted::Again, false));
+    assert_eq!(without_texture(&Status::Lost), (Painted::Lost, false));
 }
 
 #[test]
