@@ -31,6 +31,9 @@
 @group(0) @binding(15) var<storage, read> neighbors: array<u32>;
 @group(0) @binding(14) var<storage, read_write> questionable: array<atomic<u32>>;
 
+// Cells by which a walk goes on behind a crossing that is none.
+const PAST_CELLS: f32 = 0.03;
+
 // Whether the eye is in the view's grid, and so may be in glass.
 override eye_inside: bool = false;
 // Pixels of a column that one thread takes.
@@ -105,7 +108,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         let strange = ahead.strange || (is_first && !at.front && !media_has(ray.media, at.part));
         var ends = false;
-        if ray.t_plane < at.t - select(contact, 0.0, is_first) {
+        let is_thin = (materials[at.part].flags & FLAG_THIN_WALL) != 0u;
+        let passes_by = !is_first && !orphan && (met.turns || (met.ends && is_thin)) && ray.t_plane > ahead.t;
+        if passes_by {
+            // A record's plane goes on where its surface does not.
+            pass_through(ray, &path, ahead.t);
+            let on = ahead.t + PAST_CELLS * grids[VIEW].cell_size;
+            ray.origin += on * ray.direction;
+            ray.last_part = select(ray.last_part, NO_PART, ahead.t > DUPLICATE_CELLS * grids[VIEW].cell_size);
+            ray.crossings += 1u;
+            ends = ray.crossings >= MAX_CROSSINGS;
+        } else if ray.t_plane < at.t - select(contact, 0.0, is_first) {
             ends = true;
             pass_through(ray, &path, ray.t_plane);
             path.first_part = select(path.first_part, 0u, is_first);

@@ -15,12 +15,14 @@ const TRIANGLE_SLACK_CELLS: f32 = 1.5;
 struct Met {
     triangle: u32,
     inside: bool,       // the ray meets it within its edges
+    turns: bool,        // the surface turns away there: the ray passes its rim by
+    ends: bool,         // the surface has an edge there, and the ray passes beyond it
 }
 
 // The triangle that a ray meets, looked for from `start`; the last one met from the same side where the surface ends or
 // turns away from the ray. `start` itself where it `stays`.
 fn triangle_met(start: u32, origin: vec3f, direction: vec3f, stays: bool) -> Met {
-    var met = Met(start, false);
+    var met = Met(start, false, false, false);
     var next = start;
     var facing = 0.0;
     var steps = select(0u, MAX_NEIGHBOR_STEPS, stays);
@@ -33,6 +35,7 @@ fn triangle_met(start: u32, origin: vec3f, direction: vec3f, stays: bool) -> Met
         let sides = vec3f(dot(direction, cross(b, c)), dot(direction, cross(c, a)), dot(direction, cross(a, b)));
         let sum = sides.x + sides.y + sides.z;
         if sum * facing < 0.0 {
+            met.turns = true;
             break;
         }
         facing = sum;
@@ -41,7 +44,8 @@ fn triangle_met(start: u32, origin: vec3f, direction: vec3f, stays: bool) -> Met
         let least = min(weights.x, min(weights.y, weights.z));
         met.inside = least >= 0.0;
         next = neighbors[3u * next + select(select(2u, 1u, weights.y == least), 0u, weights.x == least)];
-        if met.inside || next == NO_TRIANGLE {
+        met.ends = !met.inside && next == NO_TRIANGLE;
+        if met.inside || met.ends {
             break;
         }
     }
