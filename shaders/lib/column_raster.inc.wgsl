@@ -25,6 +25,9 @@ struct ColumnTriangle {
     @location(2) @interpolate(flat, either) c: vec3f,
 }
 
+// A vertex of what is not to be drawn: all of it off the raster.
+const NOT_DRAWN: ColumnTriangle = ColumnTriangle(vec4f(2.0, 2.0, 2.0, 1.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
+
 // Place of a corner of the outline, columns. Corners run around the hexagon; the shortest way to draw it is a fan.
 fn outline_corner(g: Grid, a: vec2f, b: vec2f, c: vec2f, corner: u32) -> vec2f {
     let lo = min(a, min(b, c));
@@ -71,7 +74,7 @@ fn outline_corner(g: Grid, a: vec2f, b: vec2f, c: vec2f, corner: u32) -> vec2f {
 // Vertex `vertex` of the outline of a triangle's piece; all the same, off the raster, for a piece that isn't.
 fn outline_vertex(g: Grid, t: GridTriangle, piece: u32, vertex: u32) -> ColumnTriangle {
     if piece >= t.pieces {
-        return ColumnTriangle(vec4f(2.0, 2.0, 2.0, 1.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
+        return NOT_DRAWN;
     }
     let b = select(t.c, t.b, piece == 0u);
     let c = select(t.d, t.c, piece == 0u);

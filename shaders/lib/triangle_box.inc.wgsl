@@ -139,24 +139,26 @@ fn columns_met(g: Grid, t: TriangleBox, row: i32) -> vec2i {
     return cells_met(t.origin.x + lo, t.origin.x + hi, g.cells.x);
 }
 
+// Slices that a closed interval of grid-space z meets.
+fn slices_between(g: Grid, lo: f32, hi: f32) -> vec2i {
+    if !perspective {
+        return cells_met(lo, hi, g.cells.z);
+    }
+    // Its z has an end not far beyond the grid, where `slice_of` turns round.
+    let depth = f32(g.cells.z);
+    if lo > depth || hi < 0.0 {
+        return vec2i(0, -1);
+    }
+    return cells_met(slice_of(g, lo), slice_of(g, min(hi, depth)), g.cells.z);
+}
+
 // Cells z of a column that the triangle meets, given that its projection meets the column.
 fn slices_met(g: Grid, t: TriangleBox, column: vec2i) -> vec2i {
     let p = vec2f(column) + 0.5 - t.origin.xy;
     let plane = dot(t.plane_slope, p);
     let lo = max(max(t.lo.z, plane + t.plane_lo), max(lower_end(t.z_of_y, p.y), lower_end(t.z_of_x, p.x)));
     let hi = min(min(t.hi.z, plane + t.plane_hi), min(upper_end(t.z_of_y, p.y), upper_end(t.z_of_x, p.x)));
-    var first = t.origin.z + lo;
-    var last = t.origin.z + hi;
-    if perspective {
-        // Its z has an end not far beyond the grid, where `slice_of` turns round.
-        let depth = f32(g.cells.z);
-        if first > depth || last < 0.0 {
-            return vec2i(0, -1);
-        }
-        first = slice_of(g, first);
-        last = slice_of(g, min(last, depth));
-    }
-    var run = cells_met(first, last, g.cells.z);
+    var run = slices_between(g, t.origin.z + lo, t.origin.z + hi);
     if thin {
         // Thin cells are a run within the others.
         while run.x <= run.y && !thin_meets(g, t, vec3i(column, run.x)) {

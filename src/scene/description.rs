@@ -128,6 +128,16 @@ pub enum Conservative {
     Hardware,
 }
 
+/// How `exact-columns` walks the cells of a column that a triangle may meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum ColumnLoop {
+    /// All of them (TR ch. 2).
+    #[default]
+    Whole,
+    /// From the middle outwards, until the run of cells that are met is passed (TR ch. 5).
+    TwoEnded,
+}
+
 /// How the interior is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fill {
@@ -154,6 +164,8 @@ pub struct VoxelizerSettings {
     pub conservative_depth: bool,
     /// Fraction of a cell by which slices overlap (CL §3.2.2); `slice-amplified` only.
     pub slice_overlap: f32,
+    /// The loop over a column's cells; `exact-columns` only.
+    pub column_loop: ColumnLoop,
     /// Triangles of more projected cells² than this go to fragments, `None` for what suits the device; `hybrid` only.
     pub cutoff_cells2: Option<f32>,
     /// How the interior is made.
@@ -168,6 +180,7 @@ impl Default for VoxelizerSettings {
             conservative: Conservative::None,
             conservative_depth: false,
             slice_overlap: 0.0,
+            column_loop: ColumnLoop::Whole,
             cutoff_cells2: None,
             fill: Fill::Lazy,
         }

@@ -1,6 +1,6 @@
 //! The words that scene files, menus and the command line share: one for each variant of a choice.
 
-use super::description::{Align, Conservative, Fill, Hit, Projection, Refraction, Shadow};
+use super::description::{Align, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
 
 /// A choice whose variants have one word each.
 pub trait Words: Copy + PartialEq + 'static {
@@ -47,6 +47,13 @@ impl Words for Conservative {
         (Self::Box, "box", "its grown sides within its box: a triangle clipped in the fragment (the same)"),
         (Self::Dilated, "dilated", "its sides moved out by half a diagonal, within its box (Hertel et al. 2009)"),
         (Self::Hardware, "hardware", "the adapter's own, where it has one"),
+    ];
+}
+
+impl Words for ColumnLoop {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Whole, "whole", "every cell of a triangle's depth range (TR ch. 2)"),
+        (Self::TwoEnded, "two-ended", "from the range's middle outwards, until the run of cells is passed (TR ch. 5)"),
     ];
 }
 

@@ -51,7 +51,7 @@ struct FragmentParallel {
 
 impl FragmentParallel {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let rasters = Variants::new(gpu, |gpu, variant| {
+        let rasters = Variants::new(gpu, |gpu, variant: Variant| {
             let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
             Raster::new(gpu, SHADER, ["outline", "mark"], &layouts, &variant.constants())
         })?;

@@ -64,7 +64,7 @@ struct Hybrid {
 
 impl Hybrid {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let halves = Variants::new(gpu, |gpu, variant| {
+        let halves = Variants::new(gpu, |gpu, variant: Variant| {
             let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
             let constants = variant.constants();
             Ok((

@@ -5,6 +5,7 @@
 
 mod clip;
 mod cpu_exact;
+mod exact_columns;
 mod fragment_parallel;
 mod hybrid;
 mod raster;
@@ -89,8 +90,14 @@ impl<'a> Input<'a> {
 }
 
 /// All methods, in the order of the menu.
-pub const METHODS: &[Method] =
-    &[hybrid::METHOD, triangle_parallel::METHOD, fragment_parallel::METHOD, slice_amplified::METHOD, cpu_exact::METHOD];
+pub const METHODS: &[Method] = &[
+    hybrid::METHOD,
+    triangle_parallel::METHOD,
+    fragment_parallel::METHOD,
+    exact_columns::METHOD,
+    slice_amplified::METHOD,
+    cpu_exact::METHOD,
+];
 
 /// The method of this name.
 ///

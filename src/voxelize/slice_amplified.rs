@@ -74,7 +74,7 @@ struct Lists {
 
 impl SliceAmplified {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let passes = Variants::new(gpu, |gpu, variant| {
+        let passes = Variants::new(gpu, |gpu, variant: Variant| {
             let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
             let constants = variant.projection_constants();
             Ok((

@@ -47,7 +47,7 @@ struct TriangleParallel {
 
 impl TriangleParallel {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let passes = Variants::new(gpu, |gpu, variant| {
+        let passes = Variants::new(gpu, |gpu, variant: Variant| {
             let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT];
             ComputePass::with_constants(gpu, SHADER, "main", &layouts, &variant.constants())
         })?;

@@ -35,20 +35,20 @@ impl Variant {
     }
 }
 
-/// Compiled variants; the first is compiled at once, so that a faulty shader is told at once, the others when needed.
+/// Compiled variants, by what they are compiled for; the first is compiled at once, so that a faulty shader is told at once, the others when needed.
 #[derive(Debug)]
-pub(super) struct Variants<P> {
-    make: fn(&Gpu, Variant) -> Result<P, GpuError>,
-    made: BTreeMap<Variant, P>,
+pub(super) struct Variants<P, K = Variant> {
+    make: fn(&Gpu, K) -> Result<P, GpuError>,
+    made: BTreeMap<K, P>,
 }
 
-impl<P> Variants<P> {
-    pub(super) fn new(gpu: &Gpu, make: fn(&Gpu, Variant) -> Result<P, GpuError>) -> Result<Self, GpuError> {
-        let first = Variant::default();
+impl<P, K: Copy + Ord + Default> Variants<P, K> {
+    pub(super) fn new(gpu: &Gpu, make: fn(&Gpu, K) -> Result<P, GpuError>) -> Result<Self, GpuError> {
+        let first = K::default();
         Ok(Self { make, made: BTreeMap::from([(first, make(gpu, first)?)]) })
     }
 
-    pub(super) fn get(&mut self, gpu: &Gpu, variant: Variant) -> Result<&mut P, GpuError> {
+    pub(super) fn get(&mut self, gpu: &Gpu, variant: K) -> Result<&mut P, GpuError> {
         use std::collections::btree_map::Entry;
         Ok(match self.made.entry(variant) {
             Entry::Occupied(made) => made.into_mut(),

@@ -2,8 +2,8 @@
 
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
-    Align, Background, Cells, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind, MaterialOverride,
-    Model, Projection, Refraction, Scene, Separability, Shadow, Shape, Source,
+    Align, Background, Cells, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind,
+    MaterialOverride, Model, Projection, Refraction, Scene, Separability, Shadow, Shape, Source,
 };
 use murrine::scene::file;
 use murrine::scene::words::Words;
@@ -149,6 +149,7 @@ fn unusual() -> Scene {
     scene.voxelizer.conservative_depth = true;
     scene.voxelizer.slice_overlap = 0.125;
     scene.voxelizer.cutoff_cells2 = Some(7.1);
+    scene.voxelizer.column_loop = ColumnLoop::TwoEnded;
     scene.effect.refraction = Refraction::TwoSurface;
     scene.effect.hit = Hit::Voxel;
     scene.effect.shadow = Shadow::Linear;

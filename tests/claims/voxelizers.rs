@@ -11,7 +11,8 @@ use murrine::animate::{Triangles, Vertex};
 use murrine::gpu::{Recorder, Timing, buffer};
 use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
-    Align, Bounds, Camera, Cells, GridSettings, Light, LightKind, Projection, Separability, Shape, VoxelizerSettings,
+    Align, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability, Shape,
+    VoxelizerSettings,
 };
 use murrine::scene::gltf;
 use murrine::scene::material::{PartMaterial, flags};
@@ -93,9 +94,16 @@ fn exact_methods() -> impl Iterator<Item = &'static str> {
     voxelize::METHODS.iter().filter(|m| m.promise == Promise::Exact).map(|m| m.name)
 }
 
+fn settings_of(method: &str) -> VoxelizerSettings {
+    VoxelizerSettings { method: method.to_owned(), ..Default::default() }
+}
+
 /// Every exact method on the device with every setting that may change its way but not its voxels.
 fn exact_ways(separability: Separability) -> Vec<(String, VoxelizerSettings)> {
     let mut ways = Vec::new();
+    let two_ended =
+        VoxelizerSettings { separability, column_loop: ColumnLoop::TwoEnded, ..settings_of("exact-columns") };
+    ways.push(("exact-columns, two-ended".to_owned(), two_ended));
     for method in exact_methods().filter(|m| *m != TRUTH) {
         let cutoffs = if method == "hybrid" { &[None, Some(0.0), Some(4.0), Some(100.0)][..] } else { &[None] };
         for &cutoff_cells2 in cutoffs {

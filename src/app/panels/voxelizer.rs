@@ -40,6 +40,9 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
             let hint = "fraction of a voxel by which slices overlap";
             slider(ui, "Slice overlap", hint, &mut settings.slice_overlap, 0.0..=1.0);
         }
+        "exact-columns" => {
+            choice(ui, "Loop", "how a column's cells are walked", &mut settings.column_loop);
+        }
         "hybrid" => {
             let hint = "triangles that cover more voxels² than this go to fragments";
             row(ui, "Cut-off", hint, |ui| {

@@ -110,6 +110,7 @@ fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
         .with("conservative", voxelizer.conservative.word())
         .with("conservative_depth", voxelizer.conservative_depth)
         .with("slice_overlap", number(voxelizer.slice_overlap))
+        .with("column_loop", voxelizer.column_loop.word())
         .with("cutoff_cells2", voxelizer.cutoff_cells2.map_or_else(|| Value::from("auto"), number))
         .with("fill", voxelizer.fill.word())
         .0
