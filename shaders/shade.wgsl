@@ -69,11 +69,18 @@ fn seen_triangle(triangle: u32, p: vec3f, direction: vec3f) -> Seen {
             base_color *= max(color, vec3f(0.0));
         }
         let uv = b.x * uv0 + b.y * uv1 + b.z * uv2;
+        // A pixel as the eye would see it straight.
+        let edges = cross(vertices[at.corner.y].position - vertices[at.corner.x].position,
+                          vertices[at.corner.z].position - vertices[at.corner.x].position);
+        let reach = surroundings.pixel_angle * length(p - surroundings.eye);
+        let pixel_area = reach * reach / max(abs(dot(n, direction)), 0.05);
+        let uv_edges = mat2x2f(uv1 - uv0, uv2 - uv0);
+        let level = texel_level(pixel_area, length(edges), abs(determinant(uv_edges)));
         if color_layer >= 0 {
-            base_color *= texel(color_layer, uv, (flags >> BASE_COLOR_SAMPLING_SHIFT) & SAMPLING_MASK);
+            base_color *= texel(color_layer, uv, level, (flags >> BASE_COLOR_SAMPLING_SHIFT) & SAMPLING_MASK);
         }
         if emissive_layer >= 0 {
-            emissive *= texel(emissive_layer, uv, (flags >> EMISSIVE_SAMPLING_SHIFT) & SAMPLING_MASK);
+            emissive *= texel(emissive_layer, uv, level, (flags >> EMISSIVE_SAMPLING_SHIFT) & SAMPLING_MASK);
         }
     }
     let unlit = (flags & FLAG_UNLIT) != 0u;

@@ -4,9 +4,11 @@
 
 mod neighbors;
 
+mod pictures;
+
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
 use crate::scene::deform::Deformation;
-use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Sampling, Texture};
+use crate::scene::geometry::{Geometry, Influence, Morph, RestVertex, Sampling};
 use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
@@ -94,11 +96,6 @@ pub const MAX_PARTS: usize = 1 << 12;
 
 /// Fills the list of flat triangles up, `PADDING` in the shader: the smallest buffer has room for four.
 const PADDING: u32 = u32::MAX;
-/// Largest side of a layer of the texture array, texels.
-const MAX_TEXTURE_SIDE: u32 = 1024;
-/// Most bytes of the texture array.
-const MAX_TEXTURE_BYTES: u64 = 128 << 20;
-
 /// The world's triangles on the device: what `animate` writes and every later stage reads.
 #[derive(Debug)]
 pub struct Triangles {
@@ -188,7 +185,7 @@ impl Animate {
         triangles.materials =
             buffer::storage(gpu, "materials", (world.parts.len().max(1) * size_of::<PartMaterial>()) as u64)?;
         let pictures = world.textures();
-        triangles.textures = texture_array(gpu, &pictures)?;
+        triangles.textures = pictures::array(gpu, &pictures)?;
         triangles.samplings = pictures.iter().map(|p| p.sampling).collect();
         triangles.part_flags = joined.part_flags;
 
@@ -308,7 +305,7 @@ impl Triangles {
             indices: filled("indices", bytemuck::cast_slice(triangles))?,
             rest_vertices: buffer::storage(gpu, "rest_vertices", size_of_val(vertices) as u64)?,
             materials: buffer::storage_with(gpu, "materials", materials)?,
-            textures: texture_array(gpu, &[])?,
+            textures: pictures::array(gpu, &[])?,
             neighbors: filled("neighbors", bytemuck::cast_slice(&neighbors(triangles, vertices.len(), place)))?,
             vertex_count: u32_of(vertices.len()),
             triangle_count: u32_of(triangles.len()),
@@ -463,88 +460,6 @@ fn packed_material(material: &Material, of_part: u32, samplings: &[Sampling]) ->
         base_color_layer: layer(material.base_color_texture),
         emissive_layer: layer(material.emissive_texture),
     }
-}
-
-/// All pictures in one array of sRGB layers of one size: as large as the largest, within [`MAX_TEXTURE_SIDE`] and
-/// [`MAX_TEXTURE_BYTES`].
-fn texture_array(gpu: &Gpu, pictures: &[&Texture]) -> Result<wgpu::TextureView, GpuError> {
-    let allowed = gpu.device.limits().max_texture_array_layers;
-    let layers = u32_of(pictures.len());
-    if layers > allowed {
-        return Err(too_many("pictures", pictures.len(), allowed as usize));
-    }
-    let largest = pictures.iter().map(|p| p.width.max(p.height)).max().unwrap_or(1);
-    let mut side = largest.clamp(1, MAX_TEXTURE_SIDE);
-    while u64::from(layers) * u64::from(side) * u64::from(side) * 4 > MAX_TEXTURE_BYTES {
-        side /= 2;
-    }
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("textures"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers.max(1) },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    for (layer, picture) in (0..layers).zip(pictures) {
-        let mut place = texture.as_image_copy();
-        place.origin.z = layer;
-        gpu.queue.write_texture(
-            place,
-            &resized_srgb(picture, side),
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * side), rows_per_image: None },
-            wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-        );
-    }
-    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    }))
-}
-
-/// The picture at `side` × `side` texels, sRGB-coded; averaged in linear light.
-fn resized_srgb(picture: &Texture, side: u32) -> Vec<u8> {
-    if picture.srgb && picture.width == side && picture.height == side {
-        return picture.rgba8.clone();
-    }
-    let linear_of: Vec<f32> = (0..=u8::MAX)
-        .map(|code| {
-            let value = f32::from(code) / 255.0;
-            if picture.srgb { linear_from_srgb(value) } else { value }
-        })
-        .collect();
-    let texels = picture.rgba8.chunks_exact(4).flat_map(|t| {
-        let [r, g, b] = [t[0], t[1], t[2]].map(|code| linear_of[code as usize]);
-        [r, g, b, f32::from(t[3]) / 255.0]
-    });
-    let whole = image::Rgba32FImage::from_raw(picture.width, picture.height, texels.collect());
-    let Some(whole) = whole else { return vec![255; side as usize * side as usize * 4] };
-    let filter = if picture.sampling.nearest {
-        image::imageops::FilterType::Nearest
-    } else {
-        image::imageops::FilterType::Triangle
-    };
-    let resized = if picture.width == side && picture.height == side {
-        whole
-    } else {
-        image::imageops::resize(&whole, side, side, filter)
-    };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 255")]
-    let coded = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-    resized
-        .pixels()
-        .flat_map(|p| [0, 1, 2, 3].map(|c| coded(if c < 3 { srgb_from_linear(p.0[c]) } else { p.0[c] })))
-        .collect()
-}
-
-fn linear_from_srgb(value: f32) -> f32 {
-    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_from_linear(value: f32) -> f32 {
-    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }
 
 fn too_many(what: &str, needed: usize, allowed: usize) -> GpuError {

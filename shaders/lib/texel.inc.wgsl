@@ -18,16 +18,24 @@ fn wrapped(x: f32, wrap: u32, half_texel: f32) -> f32 {
     return clamp(select(x, mirrored, wrap == WRAP_MIRROR), half_texel, 1.0 - half_texel);
 }
 
-// The linear colour of layer `layer` at `uv`.
-fn texel(layer: i32, uv: vec2f, sampling: u32) -> vec3f {
+// By how many halvings a picture is seen smaller than it is: a pixel covers `pixel_area` of a triangle that takes up
+// `world_area` in the world and `uv_area` in the picture.
+fn texel_level(pixel_area: f32, world_area: f32, uv_area: f32) -> f32 {
+    let side = f32(textureDimensions(textures).x);
+    return 0.5 * log2(max(pixel_area * uv_area * side * side / max(world_area, 1e-30), 1.0));
+}
+
+// The linear colour of layer `layer` at `uv`, its neighbourhood averaged by `level`.
+fn texel(layer: i32, uv: vec2f, level: f32, sampling: u32) -> vec3f {
     var at = uv;
     if sampling != 0u {
-        let side = f32(textureDimensions(textures).x);
+        // Texels of the smaller copy.
+        let side = max(f32(textureDimensions(textures).x) * exp2(-ceil(level)), 1.0);
         at = vec2f(wrapped(uv.x, sampling & WRAP_MASK, 0.5 / side),
                    wrapped(uv.y, (sampling >> 2u) & WRAP_MASK, 0.5 / side));
         at = select(at, (floor(at * side) + 0.5) / side, (sampling & SAMPLING_NEAREST) != 0u);
     }
-    return textureSampleLevel(textures, texture_sampler, at, layer, 0.0).rgb;
+    return textureSampleLevel(textures, texture_sampler, at, layer, level).rgb;
 }
 
 // The linear colour that a vertex carries in place of a texture coordinate: `uv_from_color` of the host.

@@ -74,8 +74,8 @@ impl<'r, 'a> Pictures<'r, 'a> {
         image
     }
 
-    /// How a texture is laid on: glTF's default repeats and blends. There is one size of each picture, so the filter for
-    /// what is seen large decides, and the one for what is seen small only where that is left open.
+    /// How a texture is laid on: glTF's default repeats and blends. The filter for what is seen large decides, and the one
+    /// for what is seen small, which is always averaged, only where that is left open.
     fn sampling_of(&self, info: &TextureInfo) -> Sampling {
         let sampler = self.document.textures.get(info.index).and_then(|t| self.document.samplers.get(t.sampler?));
         let Some(TextureSampler { mag_filter, min_filter, wrap_s, wrap_t }) = sampler else {

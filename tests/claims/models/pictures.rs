@@ -265,3 +265,20 @@ fn what_is_cut_moves_with_what_is_left() {
         assert!((p.z - (p.x + 1.0) / 2.0).abs() < 1e-5, "{p} left the plane");
     }
 }
+
+#[test]
+fn a_picture_seen_small_is_its_mean() {
+    let mut maker = quad(
+        &unlit(&json!({ "baseColorTexture": { "index": 0 } })),
+        &[("TEXCOORD_0", "VEC2", wide().into_iter().map(|x| x * 400.0).collect())],
+    );
+    add_picture(&mut maker, &json!({}));
+    let texels =
+        (0..SIDE * SIDE).map(|i| sampled(Vec2::new((i % SIDE) as f32, (i / SIDE) as f32) / 4.0, [CLAMP; 2], NEAREST));
+    let mean = texels.sum::<Vec3>() / (SIDE * SIDE) as f32;
+    let found = picture_of(&maker);
+    assert!(furthest(&found, places().map(|_| mean)) < 0.01, "{} instead of {mean}", found[0]);
+    maker = quad(&unlit(&json!({ "baseColorTexture": { "index": 0 } })), &[("TEXCOORD_0", "VEC2", wide())]);
+    add_picture(&mut maker, &json!({}));
+    assert!(furthest(&picture_of(&maker), places().map(|_| mean)) > 0.1, "seen large it is itself");
+}
