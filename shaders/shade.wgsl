@@ -156,7 +156,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         beside = way_of(vec2u(min(pixel.x ^ 1u, last.x), pixel.y), eye);
         below = way_of(vec2u(pixel.x, min(pixel.y ^ 1u, last.y)), eye);
         spread = Spread(beside.direction - direction, below.direction - direction);
-        wider = select(-1.0, spread_width(spread), path.left_glass && path.events != 0u);
+        wider = select(-1.0, spread_width(spread), path.left_glass && path.events != 0u && settings.rasterized != 0u);
     }
     var sum = vec3f(0.0);
     for (var turn = 0u; turn < select(1u, 2u, mirrors); turn++) {
