@@ -8,6 +8,7 @@ use crate::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use crate::grid::Grid;
 use crate::image::{Floats, Picture};
 use crate::march::Channel;
+use crate::scene::description::Fill;
 use crate::scene::{Scene, SceneError, Warning, World, file, framing};
 use crate::volume::Volume;
 use crate::voxelize;
@@ -152,7 +153,11 @@ pub fn voxels(
     let triangles = animate.upload(gpu, world)?;
     animate.write_materials(gpu, &triangles, &world.materials(scene));
     let fill = FillInterior::new(gpu)?;
-    let method = voxelize::method(&scene.voxelizer.method)?;
+    let mut settings = scene.voxelizer.clone();
+    if solid {
+        settings.fill = Fill::Eager;
+    }
+    let method = voxelize::method(&settings.method)?;
     let mut voxelizer = (method.new)(gpu)?;
     let mut volume = Volume::new(gpu)?;
     volume.fit(gpu, &[grid])?;
@@ -167,7 +172,7 @@ pub fn voxels(
         let mut rec = Recorder::new(gpu, Timing::Submit);
         rec.stage("voxelize")?;
         volume.clear(&mut rec, 0);
-        let input = voxelize::Input { volume: &volume, grid: 0, triangles: &triangles, settings: &scene.voxelizer };
+        let input = voxelize::Input { volume: &volume, grid: 0, triangles: &triangles, settings: &settings };
         voxelizer.record(&mut rec, &input)?;
         if solid && !method.interior {
             rec.stage("fill")?;

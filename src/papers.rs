@@ -32,6 +32,24 @@ pub const DONG_2004: Paper = Paper {
     title: "Real-time Voxelization for Complex Polygonal Models",
     venue: "Pacific Graphics 2004",
 };
+/// A bit by depth in each column, one pass; in TR §1.4.2.
+pub const EISEMANN_DECORET_2006: Paper = Paper {
+    short: "Eisemann & Décoret 2006",
+    title: "Fast Scene Voxelization and Applications",
+    venue: "Symposium on Interactive 3D Graphics and Games 2006",
+};
+/// Solids from the parity of the surfaces beyond each cell, one pass; in TR §1.4.3.
+pub const EISEMANN_DECORET_2008: Paper = Paper {
+    short: "Eisemann & Décoret 2008",
+    title: "Single-Pass GPU Solid Voxelization for Real-Time Applications",
+    venue: "Graphics Interface 2008",
+};
+/// A pass a slice; the parity of the slices before tells inside from outside.
+pub const FANG_CHEN_2000: Paper = Paper {
+    short: "Fang & Chen 2000",
+    title: "Hardware Accelerated Voxelization",
+    venue: "Computers & Graphics 24(3)",
+};
 /// MD: a simplified voxel visualization.
 pub const MILEFF_DUDRA_2019: Paper = Paper {
     short: "Mileff & Dudra 2019",

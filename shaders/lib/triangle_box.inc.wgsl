@@ -111,9 +111,10 @@ fn triangle_box(a: vec3f, b: vec3f, c: vec3f) -> TriangleBox {
     let reach = 0.5 * (abs(n.x) + abs(n.y));
     let inverse = 1.0 / n.z;
     let flat = abs(n.z) <= FLAT_RATIO * max(abs(n.x), abs(n.y));
-    let middle = dot(n, t.v0);
-    let low = (middle - reach) * inverse;
-    let high = (middle + reach) * inverse;
+    // The same at each corner, but for a needle's, whose normal is a matter of rounding.
+    let at = vec3f(dot(n, t.v0), dot(n, t.v1), dot(n, t.v2));
+    let low = (min(at.x, min(at.y, at.z)) - reach) * inverse;
+    let high = (max(at.x, max(at.y, at.z)) + reach) * inverse;
     t.plane_slope = select(-n.xy * inverse, vec2f(0.0), flat);
     t.plane_lo = select(min(low, high), -UNBOUNDED, flat);
     t.plane_hi = select(max(low, high), UNBOUNDED, flat);

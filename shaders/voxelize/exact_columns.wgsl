@@ -65,7 +65,10 @@ fn is_met(g: Grid, t: TriangleBox, cell: vec3i) -> bool {
     let v0 = t.v0 - center;
     let v1 = t.v1 - center;
     let v2 = t.v2 - center;
-    if abs(dot(t.normal, v0)) > dot(abs(t.normal), b.half) || is_parted(v1 - v0, v0, v2, b.half)
+    // The same at each corner, but for a needle's, whose normal is a matter of rounding.
+    let on_normal = vec3f(dot(t.normal, v0), dot(t.normal, v1), dot(t.normal, v2));
+    let reach = dot(abs(t.normal), b.half);
+    if all(on_normal > vec3f(reach)) || all(on_normal < vec3f(-reach)) || is_parted(v1 - v0, v0, v2, b.half)
         || is_parted(v2 - v1, v1, v0, b.half) || is_parted(v0 - v2, v2, v1, b.half) {
         return false;
     }

@@ -1,3 +1,4 @@
+#include "lib/conservative.inc.wgsl"
 #include "lib/dispatch.inc.wgsl"
 #include "lib/geometry.inc.wgsl"
 #include "lib/grid_triangle.inc.wgsl"
@@ -81,23 +82,23 @@ fn amplify(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         copies[first + i] = vec2u(select(NONE, number, fits), u32(slices.x) + i);
     }
     if first < options.capacity {
-        atomicAdd(&draw.vertex_count, 3u * min(count, options.capacity - first));
+        atomicAdd(&draw.vertex_count, footprint_vertices() * min(count, options.capacity - first));
     }
     if !fits {
         rest[atomicAdd(&draw.resting, 1u)] = number;
-        atomicAdd(&draw.vertex_count, 3u * g.cells.z);
+        atomicAdd(&draw.vertex_count, footprint_vertices() * g.cells.z);
     }
 }
 
-struct Copy {
-    @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) slice: u32,
+// Grid-space depths of a slice's ends, moved apart by the overlap.
+fn planes_of(g: Grid, slice: u32) -> vec2f {
+    return vec2f(slab(g, f32(slice) - options.overlap), slab(g, f32(slice) + 1.0 + options.overlap));
 }
 
 @vertex
-fn slice(@builtin(vertex_index) vertex: u32, @builtin(instance_index) piece: u32) -> Copy {
+fn slice(@builtin(vertex_index) vertex: u32, @builtin(instance_index) piece: u32) -> Footprint {
     let g = grids[grid_index.x];
-    let entry = vertex / 3u;
+    let entry = vertex / footprint_vertices();
     let listed = min(drawn.x, options.capacity);
     var copy = vec2u(NONE, 0u);
     if entry < listed {
@@ -109,21 +110,36 @@ fn slice(@builtin(vertex_index) vertex: u32, @builtin(instance_index) piece: u32
     let t = grid_triangle(
         g, vertices[indices[number * 3u]].position, vertices[indices[number * 3u + 1u]].position,
         vertices[indices[number * 3u + 2u]].position);
-    var corners = array<vec3f, 3>(t.a, t.b, t.c);
-    if piece == 1u {
-        corners = array<vec3f, 3>(t.a, t.c, t.d);
+    if copy.x == NONE || piece >= t.pieces {
+        return no_footprint();
     }
-    let p = corners[vertex % 3u];
-    let near = slab(g, f32(copy.y) - options.overlap);
-    let far = slab(g, f32(copy.y) + 1.0 + options.overlap);
-    let place = 2.0 * p.xy / vec2f(g.cells.xy) - 1.0;
-    let drawn_position = vec4f(place.x, -place.y, (p.z - near) / (far - near), 1.0);
-    let is_drawn = copy.x != NONE && piece < t.pieces;
-    return Copy(select(vec4f(2.0, 2.0, 2.0, 1.0), drawn_position, is_drawn), copy.y);
+    let b = select(t.c, t.b, piece == 0u);
+    let c = select(t.d, t.c, piece == 0u);
+    var drawn = footprint_vertex(g, t.a, b, c, vertex % footprint_vertices(), copy.y);
+    if !cut_by_fragment() {
+        var depths = array<f32, 3>(t.a.z, b.z, c.z);
+        let planes = planes_of(g, copy.y);
+        drawn.position.z = (depths[vertex % 3u] - planes.x) / (planes.y - planes.x);
+    }
+    return drawn;
+}
+
+// Whether the fragment cuts the triangle at its slice, not the rasterizer's clipper.
+fn cut_by_fragment() -> bool {
+    return conservative != CONSERVATIVE_NONE || conservative_depth;
 }
 
 @fragment
-fn mark(in: Copy) {
+fn mark(in: Footprint) {
     let g = grids[grid_index.x];
-    atomicOr(&occupancy[word_index(g, vec3u(vec2u(in.position.xy), in.slice))], word_bit(in.slice));
+    let column = vec2i(in.position.xy);
+    if cut_by_fragment() {
+        let t = triangle_box(in.a, in.b, in.c);
+        let depths = depths_over(t, column);
+        let planes = planes_of(g, in.slice);
+        if !footprint_holds(g, t, column) || depths.y < planes.x || depths.x > planes.y {
+            return;
+        }
+    }
+    mark_run(g, vec2u(column), i32(in.slice), i32(in.slice));
 }

@@ -111,7 +111,9 @@ impl Gpu {
             max_texture_dimension_2d: have.max_texture_dimension_2d,
             ..wgpu::Limits::default()
         };
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::CONSERVATIVE_RASTERIZATION;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("murrine"),
             required_features: adapter.features() & wanted,

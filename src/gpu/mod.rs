@@ -71,6 +71,9 @@ pub enum GpuError {
         /// Those there are.
         known: String,
     },
+    /// A setting that this method or this adapter can't take.
+    #[error("{0}")]
+    Setting(String),
     /// The device was lost or a read-back failed.
     #[error("the graphics device stopped answering: {0}")]
     Lost(String),

@@ -113,7 +113,7 @@ pub enum Separability {
 
 /// How a rasterizing method sees to it that a triangle reaches every column that it touches, not only those whose middle
 /// line it meets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Conservative {
     /// Not at all: middle lines alone.
     #[default]

@@ -3,6 +3,7 @@
 //! A voxelizer is one host file, one shader and one entry in [`METHODS`]. The list feeds the menu, the command line, the
 //! docs' table, the tests and the benchmark.
 
+mod boundary;
 mod clip;
 mod cpu_exact;
 mod exact_columns;
@@ -11,6 +12,9 @@ mod hybrid;
 mod raster;
 mod separating_axes;
 mod slice_amplified;
+mod slicemap;
+mod slicemap_solid;
+mod slices;
 mod triangle_parallel;
 mod variant;
 
@@ -44,7 +48,7 @@ pub struct Method {
     pub paper: &'static Paper,
     /// What it promises.
     pub promise: Promise,
-    /// It writes the volume's `interior` words itself, so no fill runs after it; its `occupancy` is the solid's boundary.
+    /// It writes the volume's `interior` words itself, with `fill = "eager"` at least, so no fill runs after it.
     pub interior: bool,
     /// Which ways of reaching every column it can take, beside [`Conservative::None`]; none if it needs none, because it
     /// solves for every cell that a triangle touches.
@@ -87,6 +91,19 @@ impl<'a> Input<'a> {
             ("occupancy", self.volume.occupancy.as_entire_binding()),
         ]
     }
+
+    /// As [`Input::resources`], for shaders that write the interior.
+    fn interior_resources(&self) -> [(&'static str, wgpu::BindingResource<'a>); 6] {
+        let [grids, grid_index, vertices, indices, materials, _] = self.resources();
+        [grids, grid_index, vertices, indices, materials, ("interior", self.volume.interior.as_entire_binding())]
+    }
+
+    /// Clears the grid's interior words.
+    fn clear_interior(&self, rec: &mut Recorder<'_>) {
+        let g = &self.volume.grids[self.grid];
+        let (first, bytes) = (u64::from(g.word_base) * 4, u64::from(g.word_count()) * 4);
+        rec.encoder.clear_buffer(&self.volume.interior, first, Some(bytes));
+    }
 }
 
 /// All methods, in the order of the menu.
@@ -96,6 +113,9 @@ pub const METHODS: &[Method] = &[
     fragment_parallel::METHOD,
     exact_columns::METHOD,
     slice_amplified::METHOD,
+    slices::METHOD,
+    slicemap::METHOD,
+    slicemap_solid::METHOD,
     cpu_exact::METHOD,
 ];
 

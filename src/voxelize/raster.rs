@@ -1,5 +1,6 @@
 //! Rasterizing into occupancy words: pipelines whose fragments mark, over a target that nothing is written to.
 
+use super::variant::Variant;
 use crate::gpu::pass::{Bindings, guarded, module_of};
 use crate::gpu::{Gpu, GpuError, Layout, Recorder, layout};
 use glam::UVec2;
@@ -18,6 +19,8 @@ pub(super) struct Raster {
 pub(super) enum Draw<'a> {
     /// So many vertices, so many instances.
     Counted { vertices: u32, instances: u32 },
+    /// As many, numbered from `slice · instances`.
+    Slice { vertices: u32, instances: u32, slice: u32 },
     /// As the device counted: four `u32` at the buffer's start.
     Indirect(&'a wgpu::Buffer),
 }
@@ -30,6 +33,41 @@ impl Raster {
         [vertex, fragment]: [&str; 2],
         layouts: &[Layout],
         constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        Self::with(gpu, shader, [vertex, fragment], layouts, constants, wgpu::PrimitiveState::default())
+    }
+
+    /// As [`Raster::new`], for a shader that draws footprints (`lib/conservative.inc.wgsl`); `constants` are its others.
+    ///
+    /// # Errors
+    /// Also when the adapter itself is to be conservative and can't.
+    pub(super) fn of_footprints(
+        gpu: &Gpu,
+        shader: &'static str,
+        entries: [&str; 2],
+        layouts: &[Layout],
+        variant: Variant,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let conservative = variant.by_hardware();
+        if conservative && !gpu.device.features().contains(wgpu::Features::CONSERVATIVE_RASTERIZATION) {
+            return Err(GpuError::Setting(format!(
+                "the adapter `{}` has no conservative rasterization; write conservative = \"polygon\", \"box\" or \"dilated\"",
+                gpu.info.name
+            )));
+        }
+        let constants: Vec<_> = variant.footprint_constants().iter().chain(constants).copied().collect();
+        let primitive = wgpu::PrimitiveState { conservative, ..Default::default() };
+        Self::with(gpu, shader, entries, layouts, &constants, primitive)
+    }
+
+    fn with(
+        gpu: &Gpu,
+        shader: &'static str,
+        [vertex, fragment]: [&str; 2],
+        layouts: &[Layout],
+        constants: &[(&str, f64)],
+        primitive: wgpu::PrimitiveState,
     ) -> Result<Self, GpuError> {
         let source = gpu.shaders.load(shader)?;
         for each in layouts {
@@ -55,7 +93,7 @@ impl Raster {
                     compilation_options: compilation_options.clone(),
                     buffers: &[],
                 },
-                primitive: wgpu::PrimitiveState::default(),
+                primitive,
                 depth_stencil: None,
                 multisample: wgpu::MultisampleState::default(),
                 fragment: Some(wgpu::FragmentState {
@@ -101,6 +139,9 @@ impl Raster {
         pass.set_bind_group(0, &group, &[]);
         match draw {
             Draw::Counted { vertices, instances } => pass.draw(0..vertices, 0..instances),
+            Draw::Slice { vertices, instances, slice } => {
+                pass.draw(0..vertices, slice * instances..(slice + 1) * instances);
+            }
             Draw::Indirect(arguments) => pass.draw_indirect(arguments, 0),
         }
     }

@@ -12,13 +12,14 @@
 //! | Intersect(Tri)           | the rasterizer's clipper | leaves out the copies that miss their slice              |
 //!
 //! Differs: there are no geometry shaders, so a compute pass lists the copies and one indirect draw rasterizes them. A
-//! voxel holds a bit, not a normal: records come later, the same for all methods.
+//! voxel holds a bit, not a normal: records come later, the same for all methods. Where it is conservative the fragment
+//! cuts at the slice, by the depth that the plane has in the column: an outline's corners have none.
 //! Promises: approximate. A voxel is marked where the column's middle line meets the triangle, so a steep triangle leaves
-//! holes between columns; a larger overlap marks more voxels along z and closes none of them. `separability` does not
-//! count. Costs: a clipped triangle for each slice it spans.
+//! holes between columns; a larger overlap marks more voxels along z and closes none of them. `conservative` and
+//! `conservative_depth` together close all. `separability` does not count. Costs: a clipped triangle for each slice it spans.
 
 use super::raster::{Draw, Raster};
-use super::variant::{Variant, Variants};
+use super::variant::{EVERY_WAY, Variant, Variants};
 use super::{Input, Method, Promise, Voxelizer};
 use crate::animate::Vertex;
 use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder, buffer};
@@ -42,7 +43,7 @@ pub(super) const METHOD: Method = Method {
     paper: &papers::CHANG_LAI_2011,
     promise: Promise::Approximate,
     interior: false,
-    conservative: &[],
+    conservative: EVERY_WAY,
     new: |gpu| Ok(Box::new(SliceAmplified::new(gpu)?)),
 };
 
@@ -76,10 +77,10 @@ impl SliceAmplified {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let passes = Variants::new(gpu, |gpu, variant: Variant| {
             let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, Options::LAYOUT];
-            let constants = variant.projection_constants();
+            let constants = variant.footprint_constants();
             Ok((
                 ComputePass::with_constants(gpu, SHADER, "amplify", &layouts, &constants)?,
-                Raster::new(gpu, SHADER, ["slice", "mark"], &layouts, &constants)?,
+                Raster::of_footprints(gpu, SHADER, ["slice", "mark"], &layouts, variant, &[])?,
             ))
         })?;
         Ok(Self {
@@ -120,7 +121,7 @@ impl Voxelizer for SliceAmplified {
         rec.gpu.queue.write_buffer(&self.options, 0, bytemuck::bytes_of(&options));
         rec.encoder.clear_buffer(&self.draw, 0, None);
 
-        let (amplify, raster) = self.passes.get(rec.gpu, Variant::of(input))?;
+        let (amplify, raster) = self.passes.get(rec.gpu, Variant::footprint(input))?;
         let mut resources = input.resources().to_vec();
         resources.push(("options", self.options.as_entire_binding()));
         resources.push(("copies", lists.copies.as_entire_binding()));

@@ -1,6 +1,7 @@
 //! What the voxelizers promise: every exact method marks the voxels that `cpu-exact` marks, and `cpu-exact` marks those
 //! that a triangle cut to a voxel's box leaves something in.
 
+mod rasterized;
 mod shapes;
 mod truth;
 
@@ -8,7 +9,7 @@ use crate::gpu;
 use crate::support::left_out;
 use glam::{DMat3, DMat4, DVec3, UVec3, Vec3};
 use murrine::animate::{Triangles, Vertex};
-use murrine::gpu::{Recorder, Timing, buffer};
+use murrine::gpu::{GpuError, Recorder, Timing, buffer};
 use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
     Align, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability, Shape,
@@ -50,19 +51,25 @@ thread_local! {
 
 /// The words of `grid` as a method marks them.
 fn words(grid: Grid, triangles: &Triangles, settings: &VoxelizerSettings) -> Vec<u32> {
+    try_words(grid, triangles, settings).unwrap()
+}
+
+/// As [`words`], where the method may refuse.
+fn try_words(grid: Grid, triangles: &Triangles, settings: &VoxelizerSettings) -> Result<Vec<u32>, GpuError> {
     let mut volume = Volume::new(gpu()).unwrap();
     let count = (grid.word_base + grid.word_count()) as usize;
     volume.occupancy = buffer::storage(gpu(), "occupancy", 4 * count as u64).unwrap();
+    volume.interior = buffer::storage(gpu(), "interior", 4 * count as u64).unwrap();
     gpu().queue.write_buffer(&volume.grid_data, 0, bytemuck::bytes_of(&grid));
     volume.grids = vec![grid];
     let mut rec = Recorder::new(gpu(), Timing::Off);
     MADE.with_borrow_mut(|made| {
         let new = || (voxelize::method(&settings.method).unwrap().new)(gpu()).unwrap();
         let voxelizer = made.entry(settings.method.clone()).or_insert_with(new);
-        voxelizer.record(&mut rec, &Input { volume: &volume, grid: 0, triangles, settings }).unwrap();
-    });
-    rec.finish().unwrap();
-    buffer::read(gpu(), &volume.occupancy, 0, count).unwrap()
+        voxelizer.record(&mut rec, &Input { volume: &volume, grid: 0, triangles, settings })
+    })?;
+    rec.finish()?;
+    buffer::read(gpu(), &volume.occupancy, 0, count)
 }
 
 /// Voxels that differ from the truth, ties left out.
@@ -144,7 +151,11 @@ fn sphere() -> Vec<Triangle> {
 }
 
 fn torus() -> Vec<Triangle> {
-    mesh(&Shape::Torus { radius: 0.7, tube: 0.23, segments: 60 })
+    torus_of(60)
+}
+
+fn torus_of(segments: u32) -> Vec<Triangle> {
+    mesh(&Shape::Torus { radius: 0.7, tube: 0.23, segments })
 }
 
 /// Even numbers in 0 … 1 from a seed.
@@ -298,6 +309,7 @@ fn exact_methods_equal_the_truth_on_a_soup_of_triangles() {
 #[test]
 fn exact_methods_equal_the_truth_on_needles_segments_and_points() {
     assert_all_exact("needles", turned(UVec3::splat(128)), &needles());
+    assert_all_exact("needles", turned(UVec3::splat(48)), &needles());
     assert_all_exact("needles", Grid::world_aligned(DVec3::splat(-1.0), 2.0 / 64.0, UVec3::splat(64)), &needles());
 }
 
