@@ -95,22 +95,78 @@ fn closed_meshes_have_no_odd_column_and_their_interior_is_that_of_rays() {
         {
             let words = stages.filled(grid, false);
             assert_eq!(odd_columns(&stages), 0);
-            let (found, expected) = (grid.cell_bytes(&words), truth(&grid, &corners));
-            let mut inside = 0;
-            for (i, (found, expected)) in (0_u32..).zip(found.iter().zip(&expected)) {
-                inside += u32::from(*expected);
-                if found != expected {
-                    let across = grid.cells.x;
-                    let cell = UVec3::new(i % across, i / across % grid.cells.y, i / across / grid.cells.y);
-                    let center = cell.as_dvec3() + 0.5;
-                    let center = grid.world_point(DVec3::new(center.x, center.y, grid.slab(center.z)));
-                    let away = distance(center, &corners) / f64::from(grid.cell_size);
-                    assert!(away < 1.0 / 128.0, "cell {cell} is {away} cells from the surface");
-                }
-            }
+            let expected = truth(&grid, &corners);
+            let inside: u32 = expected.iter().map(|b| u32::from(*b)).sum();
             assert!(inside > 1000, "{inside} cells inside");
+            assert_inside("fill", &grid, &words, &expected, &corners);
+            for method in SOLID {
+                let [interior, surface] = stages.solid(grid, method);
+                assert_inside(method, &grid, &interior, &expected, &corners);
+                assert!(surface.iter().any(|w| *w != 0), "{method}");
+            }
         }
     }
+}
+
+/// Methods that write the interior of closed meshes themselves.
+const SOLID: [&str; 2] = ["slicemap-solid", "slices"];
+
+/// Fails if a cell is told wrong whose centre is not at the surface, by the rounding of a rasterizer's corners.
+fn assert_inside(what: &str, grid: &Grid, words: &[u32], expected: &[u8], corners: &[[DVec3; 3]]) {
+    for (i, (found, expected)) in (0_u32..).zip(grid.cell_bytes(words).iter().zip(expected)) {
+        if found != expected {
+            let across = grid.cells.x;
+            let cell = UVec3::new(i % across, i / across % grid.cells.y, i / across / grid.cells.y);
+            let center = cell.as_dvec3() + 0.5;
+            let center = grid.world_point(DVec3::new(center.x, center.y, grid.slab(center.z)));
+            let away = distance(center, corners) / f64::from(grid.cell_size);
+            assert!(away < 1.0 / 128.0, "{what}: cell {cell} is {away} cells from the surface");
+        }
+    }
+}
+
+#[test]
+fn a_solid_slicemap_hands_on_the_cells_that_have_one_of_26_neighbours_outside() {
+    let mut stages = Stages::of(&[TORUS]);
+    // Neighbours across words, beside the grid's rim too.
+    let grid = around(0.9, UVec3::new(40, 40, 70));
+    let [interior, surface] = stages.solid(grid, "slicemap-solid");
+    let (interior, surface) = (grid.cell_bytes(&interior), grid.cell_bytes(&surface));
+    let size = grid.cells.as_ivec3();
+    let at = |x: i32, y: i32, z: i32| {
+        let within = (0..size.x).contains(&x) && (0..size.y).contains(&y) && (0..size.z).contains(&z);
+        within && interior[((z * size.y + y) * size.x + x) as usize] == 1
+    };
+    let mut counts = [0; 2];
+    for (i, (inside, surface)) in (0..).zip(interior.iter().zip(&surface)) {
+        let (x, y, z) = (i % size.x, i / size.x % size.y, i / size.x / size.y);
+        let deep = (0..27).all(|n| at(x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1));
+        assert_eq!(*surface == 1, *inside == 1 && !deep, "{x} {y} {z}");
+        counts[usize::from(deep)] += u32::from(*inside);
+    }
+    assert!(counts.iter().all(|n| *n > 500), "{counts:?}");
+}
+
+#[test]
+fn a_leak_is_solid_from_the_grids_near_end_in_a_solid_slicemap_and_to_its_far_end_from_slice_to_slice() {
+    let scene = turned(BALL, Vec3::new(0.0, 20.0, 0.0), vec![]);
+    let mut leaky = shapes::shape(&BALL);
+    leaky.triangles.remove(700);
+    leaky.parts[0].triangles.end -= 1;
+    let grid = around(1.1, UVec3::splat(64));
+    let world = World::from_geometry(&scene, vec![Arc::new(leaky)]);
+    let mut stages = Stages::of_world(&scene, &world);
+    let ends = |words: &[u32], z: u32| {
+        let bytes = grid.cell_bytes(words);
+        bytes[(z * 64 * 64) as usize..((z + 1) * 64 * 64) as usize].iter().map(|b| u32::from(*b)).sum::<u32>()
+    };
+    let filled = stages.filled(grid, false);
+    let odd = odd_columns(&stages);
+    assert!(odd > 3, "{odd}");
+    let [solid, slices] = SOLID.map(|method| stages.solid(grid, method)[0].clone());
+    assert_eq!([ends(&solid, 0), ends(&solid, 63)], [odd, 0]);
+    assert_eq!([ends(&slices, 0), ends(&slices, 63)], [0, odd]);
+    assert_eq!([ends(&filled, 0), ends(&filled, 63)], [0, odd]);
 }
 
 #[test]

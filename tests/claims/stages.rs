@@ -8,7 +8,7 @@ use murrine::fill::FillInterior;
 use murrine::gpu::{Recorder, Timing, buffer};
 use murrine::grid::Grid;
 use murrine::resolve::Resolve;
-use murrine::scene::description::{Model, Scene, Shape, Source, VoxelizerSettings};
+use murrine::scene::description::{Fill, Model, Scene, Shape, Source, VoxelizerSettings};
 use murrine::scene::material::PartMaterial;
 use murrine::scene::{World, pose::pose_vertices};
 use murrine::volume::{Record, Volume};
@@ -122,6 +122,19 @@ impl Stages {
         rec.finish().unwrap();
         self.volume.settle(gpu()).unwrap();
         self.words(&self.volume.interior, 0)
+    }
+
+    /// What a method that writes the interior itself makes of one grid: the interior's words and the surface's.
+    pub(crate) fn solid(&mut self, grid: Grid, method: &str) -> [Vec<u32>; 2] {
+        self.volume.fit(gpu(), &[grid]).unwrap();
+        let settings = VoxelizerSettings { method: method.into(), fill: Fill::Eager, ..Default::default() };
+        let mut voxelizer = (voxelize::method(method).unwrap().new)(gpu()).unwrap();
+        let mut rec = Recorder::new(gpu(), Timing::Off);
+        self.volume.clear(&mut rec, 0);
+        let input = Input { volume: &self.volume, grid: 0, triangles: &self.triangles, settings: &settings };
+        voxelizer.record(&mut rec, &input).unwrap();
+        rec.finish().unwrap();
+        [self.words(&self.volume.interior, 0), self.words(&self.volume.occupancy, 0)]
     }
 
     /// The corners of every triangle as the host's reference poses them.
