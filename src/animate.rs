@@ -3,6 +3,7 @@
 //! What a scene shows is uploaded once; a frame uploads matrices, morph weights and deformers, nothing else.
 
 mod neighbors;
+mod room;
 
 mod pictures;
 
@@ -13,6 +14,7 @@ use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
 use neighbors::neighbors;
+use room::Room;
 use std::f64::consts::TAU;
 
 crate::gpu_struct! {
@@ -119,6 +121,8 @@ pub struct Triangles {
     part_flags: Vec<u32>,
     /// For each layer of `textures`, how it is laid on.
     samplings: Vec<Sampling>,
+    /// Where the models lie whose triangles are made anew.
+    rooms: Vec<Room>,
     /// What moves them; none for triangles that were made in place.
     motion: Option<Motion>,
 }
@@ -188,6 +192,7 @@ impl Animate {
         triangles.textures = pictures::array(gpu, &pictures)?;
         triangles.samplings = pictures.iter().map(|p| p.sampling).collect();
         triangles.part_flags = joined.part_flags;
+        triangles.rooms = joined.rooms;
 
         let matrices = buffer::storage(gpu, "matrices", (joined.matrix_count * size_of::<Mat4>()) as u64)?;
         let weights = buffer::storage(gpu, "weights", (joined.weight_count * size_of::<f32>()) as u64)?;
@@ -230,6 +235,20 @@ impl Animate {
         let flat_count = u32_of(joined.flat_triangles.len());
         triangles.motion = Some(Motion { matrices, weights, model_motions, deformers, group, flat_group, flat_count });
         Ok(triangles)
+    }
+
+    /// Writes the models whose triangles are made anew ([`World::at`]). False where one outgrew its room: the world must
+    /// be uploaded again.
+    #[must_use]
+    pub fn write_remade(&self, gpu: &Gpu, triangles: &Triangles, world: &World) -> bool {
+        triangles.rooms.iter().all(|room| {
+            let Some(geometry) = world.models.get(room.model as usize) else { return false };
+            let fits = room.holds(geometry);
+            if fits {
+                room.write(gpu, triangles, geometry);
+            }
+            fits
+        })
     }
 
     /// Records the stage: matrices, weights and deformers up, vertices out.
@@ -311,6 +330,7 @@ impl Triangles {
             triangle_count: u32_of(triangles.len()),
             part_flags: Vec::new(),
             samplings: Vec::new(),
+            rooms: Vec::new(),
             motion: None,
         })
     }
@@ -354,6 +374,7 @@ struct Joined {
     morphs: Vec<Morph>,
     part_motions: Vec<PartMotion>,
     part_flags: Vec<u32>,
+    rooms: Vec<Room>,
     matrix_count: usize,
     weight_count: usize,
 }
@@ -392,6 +413,10 @@ impl Joined {
         let first_vertex = u32_of(self.rest_vertices.len());
         let first_matrix = u32_of(self.matrix_count);
         let first_morph = u32_of(self.morphs.len());
+        let room = geometry.made_from.is_some().then(|| Room::for_model(model, geometry, self));
+        let padded = room.as_ref().map(|room| room.filled(geometry));
+        let geometry = padded.as_ref().unwrap_or(geometry);
+        self.rooms.extend(room);
         self.rest_vertices.extend(&geometry.vertices);
         self.influences
             .extend(geometry.influences.iter().map(|i| Influence { joints: i.joints.map(|j| j + first_matrix), ..*i }));

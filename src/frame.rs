@@ -108,9 +108,10 @@ impl Frame {
     /// # Errors
     /// As [`Frame::render`].
     pub fn render_part(&mut self, gpu: &Gpu, request: &Request<'_>, most_rows: u32) -> Result<StageTimes, GpuError> {
-        let Request { scene, world, .. } = *request;
         let mut rec = Recorder::new(gpu, request.timing);
         rec.stage("scene")?;
+        let scene = request.scene;
+        let world = &request.world.at(scene, request.time_secs, self.last.as_ref().map(|last| &last.world));
         let pose = world.pose(scene, request.time_secs);
         let materials = world.materials(scene);
         let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
@@ -132,9 +133,10 @@ impl Frame {
         };
         let mut stale = inputs.stale_since(self.last.as_ref());
         self.last = None; // until this frame is recorded whole
-        self.make_ready(gpu, request, &inputs, &mut stale)?;
+        self.make_ready(gpu, &Request { world, ..*request }, &inputs, &mut stale)?;
         stale.grids_anew(&self.volume.fit(gpu, &cameras.grids)?);
         self.warnings = cameras.warnings;
+        self.warnings.extend(world.warnings_now(scene));
 
         let (Some(triangles), Some(surroundings), Some((method, voxelizer))) =
             (&self.triangles, &self.surroundings, &mut self.voxelizer)
@@ -211,7 +213,10 @@ impl Frame {
         stale: &mut Stale,
     ) -> Result<(), GpuError> {
         let Request { scene, world, .. } = *request;
-        if stale.world || self.triangles.is_none() {
+        let has_room = |triangles| stale.world || !stale.animate || self.animate.write_remade(gpu, triangles, world);
+        stale.world |= !self.triangles.as_ref().is_some_and(has_room);
+        if stale.world {
+            stale.materials = true;
             self.triangles = Some(self.animate.upload(gpu, world)?);
             self.surroundings = Some(SurroundingsBuffers::new(gpu, world)?);
         }

@@ -149,6 +149,7 @@ pub fn voxels(
     grid: Grid,
     solid: bool,
 ) -> Result<Voxels, GpuError> {
+    let world = &world.at(scene, time_secs, None);
     let mut animate = Animate::new(gpu)?;
     let triangles = animate.upload(gpu, world)?;
     animate.write_materials(gpu, &triangles, &world.materials(scene));

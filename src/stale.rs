@@ -4,6 +4,7 @@ use crate::compose::DebugView;
 use crate::grid::Grid;
 use crate::march::Channel;
 use crate::scene::description::{Deformer, EffectSettings, Scene, VoxelizerSettings};
+use crate::scene::geometry::Geometry;
 use crate::scene::material::Material;
 use crate::scene::world::{Pose, World};
 use crate::surroundings::Surroundings;
@@ -106,7 +107,7 @@ impl Inputs {
     fn same_world(&self, last: &Self) -> bool {
         let same = |a: &Self, b: &Self| {
             a.world.models.len() == b.world.models.len()
-                && a.world.models.iter().zip(&b.world.models).all(|(a, b)| Arc::ptr_eq(a, b))
+                && a.world.models.iter().zip(&b.world.models).all(|(a, b)| Arc::ptr_eq(a, b) || same_surface(a, b))
         };
         let same_environment = match (&self.world.environment, &last.world.environment) {
             (None, None) => true,
@@ -120,12 +121,19 @@ impl Inputs {
         let swings = self.deformers.iter().flatten().any(|d| match d {
             Deformer::Twist { hz, .. } | Deformer::Wave { hz, .. } => *hz != 0.0,
         });
-        self.deformers != last.deformers
+        let remade = |(a, b): (&Arc<Geometry>, &Arc<Geometry>)| !Arc::ptr_eq(a, b);
+        self.world.models.iter().zip(&last.world.models).any(remade)
+            || self.deformers != last.deformers
             || (swings && self.pose.time_secs.to_bits() != last.pose.time_secs.to_bits())
             || self.pose.matrices != last.pose.matrices
             || self.pose.world_from_model != last.pose.world_from_model
             || self.pose.morph_weights != last.pose.morph_weights
     }
+}
+
+/// Two times of one moving surface: only its triangles differ.
+fn same_surface(a: &Geometry, b: &Geometry) -> bool {
+    matches!((&a.made_from, &b.made_from), (Some(a), Some(b)) if a.surface == b.surface)
 }
 
 impl Stale {

@@ -2,8 +2,10 @@
 //!
 //! Lengths are world units, angles degrees, colours linear RGB, times seconds. y is up.
 
+use super::surface::Surface;
 use glam::{DVec3, Mat4, Quat, UVec3, Vec3};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Everything a scene file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -381,6 +383,8 @@ pub enum Source {
     File(PathBuf),
     /// A built-in shape.
     Shape(Shape),
+    /// A surface given by expressions.
+    Surface(Arc<Surface>),
 }
 
 /// A built-in shape: a mesh like every model, with smooth normals where the true surface is smooth.

@@ -29,6 +29,7 @@ fn times(scene: &Scene, world: &World) -> impl Iterator<Item = f64> + use<> {
 /// The bounds of all parts but planes, at one time.
 #[must_use]
 pub fn bounds_at(scene: &Scene, world: &World, time_secs: f64) -> Bounds {
+    let world = world.at(scene, time_secs, None);
     let pose = world.pose(scene, time_secs);
     let parts = world.parts.iter().zip(&pose.part_bounds);
     let bodies = parts.filter(|(part, b)| !is_plane(scene, part.model as usize) && !b.is_empty());
@@ -50,7 +51,8 @@ fn points_of_bodies(scene: &Scene, world: &World) -> Vec<DVec3> {
             points.extend(bounds_at(scene, world, time_secs).corners());
             continue;
         }
-        let posed = pose_vertices(world, scene, &world.pose(scene, time_secs));
+        let world = world.at(scene, time_secs, None);
+        let posed = pose_vertices(&world, scene, &world.pose(scene, time_secs));
         let mut first = 0;
         for (model, geometry) in world.models.iter().enumerate() {
             let of_model = &posed[first..first + geometry.vertices.len()];

@@ -61,6 +61,10 @@ pub struct Geometry {
     pub textures: Vec<Texture>,
     /// Names of KHR_materials_variants, in file order.
     pub variants: Vec<String>,
+    /// The surface of expressions with `t` that this is at one time.
+    pub made_from: Option<super::surface::MadeFrom>,
+    /// What is odd about that surface at that time.
+    pub warning: Option<String>,
     /// How far each part reaches, parts in order; made by [`Geometry::measure`].
     pub reaches: Vec<Vec<Reach>>,
 }

@@ -1,7 +1,7 @@
 //! What is to be shown: the scene file, the models it names, and their state at a time.
 //!
 //! [`description`] is the scene as its file says it, in [`words`]; [`file`](mod@file) reads, edits and writes such files;
-//! [`gltf`] and [`shapes`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
+//! [`gltf`], [`shapes`] and [`surface`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
 //! loaded; [`pose`] is its state at a time and [`bounds`] how far it then reaches; [`framing`] fits a scene to bodies of
 //! unknown size; [`material`] is what light sees of a part, [`environment`] a picture around it all.
 
@@ -10,13 +10,17 @@ pub mod clips;
 pub mod deform;
 pub mod description;
 pub mod environment;
+pub mod expression;
 pub mod file;
 pub mod framing;
 pub mod geometry;
 pub mod gltf;
+pub mod implicit;
 pub mod material;
+pub mod parametric;
 pub mod pose;
 pub mod shapes;
+pub mod surface;
 pub mod words;
 pub mod world;
 

@@ -39,14 +39,15 @@ pub fn shape(shape: &Shape) -> Geometry {
     mesh.into_geometry(name, plane_half)
 }
 
-#[derive(Default)]
-struct Mesh {
-    vertices: Vec<RestVertex>,
-    triangles: Vec<[u32; 3]>,
+/// Triangles in the making: one part, one node.
+#[derive(Debug, Default)]
+pub(super) struct Mesh {
+    pub(super) vertices: Vec<RestVertex>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    fn add(&mut self, position: DVec3, normal: DVec3, [u, v]: [f64; 2]) -> u32 {
+    pub(super) fn add(&mut self, position: DVec3, normal: DVec3, [u, v]: [f64; 2]) -> u32 {
         self.vertices.push(RestVertex {
             position: position.as_vec3(),
             u: single(u),
@@ -173,7 +174,7 @@ impl Mesh {
         }
     }
 
-    fn into_geometry(self, name: &str, plane_half: Option<f32>) -> Geometry {
+    pub(super) fn into_geometry(self, name: &str, plane_half: Option<f32>) -> Geometry {
         let still = Influence { joints: [0; 4], weights: [1.0, 0.0, 0.0, 0.0] };
         let mut material = Material::default();
         if plane_half.is_some() {

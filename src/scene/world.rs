@@ -5,6 +5,7 @@ pub use super::environment::EnvironmentMap;
 use super::geometry::{Geometry, Texture};
 use super::material::Material;
 pub use super::pose::Pose;
+use super::surface::{MadeFrom, Surface};
 use super::{SceneError, Warning, environment, gltf, shapes};
 use glam::Mat4;
 use std::path::{Path, PathBuf};
@@ -120,6 +121,31 @@ impl World {
         }
     }
 
+    /// This world at a time: surfaces whose expressions hold `t` are made anew, but for those that `previous` has as
+    /// they are then. A model that the scene no longer has stays as it is.
+    #[must_use]
+    pub fn at(&self, scene: &Scene, time_secs: f64, previous: Option<&Self>) -> Self {
+        let mut world = self.clone();
+        for (i, geometry) in world.models.iter_mut().enumerate() {
+            let Some(MadeFrom { surface, .. }) = &geometry.made_from else { continue };
+            let speed = scene.models.get(i).map_or(1.0, |m| f64::from(m.speed));
+            let wanted = MadeFrom { surface: Arc::clone(surface), time_secs: time_secs * speed };
+            let known = previous.and_then(|p| p.models.get(i)).filter(|g| g.made_from.as_ref() == Some(&wanted));
+            if let Some(known) = known {
+                *geometry = Arc::clone(known);
+            } else if geometry.made_from.as_ref() != Some(&wanted) {
+                *geometry = Arc::new(made(&wanted.surface, wanted.time_secs));
+            }
+        }
+        world
+    }
+
+    /// What is odd about surfaces at this world's time.
+    pub fn warnings_now<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = String> + 'a {
+        let moving = self.models.iter().zip(&scene.models).filter(|(geometry, _)| geometry.made_from.is_some());
+        moving.filter_map(|(g, model)| g.warning.as_ref().map(|what| format!("model `{}`: {what}", model.name)))
+    }
+
     /// Every file that was read: what to watch for changes.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
@@ -145,7 +171,7 @@ impl World {
     fn find(&self, source: &Source, folder: &Path) -> Option<(Arc<Geometry>, Origin)> {
         let same = |o: &Origin| match source {
             Source::File(file) => o.files.first().is_some_and(|f| f.path == folder.join(file)),
-            Source::Shape(_) => true,
+            Source::Shape(_) | Source::Surface(_) => true,
         };
         let unchanged = |o: &Origin| o.source == *source && same(o) && o.files.iter().all(FileStamp::holds);
         let i = self.origins.iter().position(unchanged)?;
@@ -209,9 +235,20 @@ impl World {
                     longest = longest.max(1.0 / f64::from(hz.abs()));
                 }
             }
+            if geometry.made_from.is_some() && speed > 0.0 {
+                // What its period is, the expressions don't say; most hold sin(t).
+                longest = longest.max(std::f64::consts::TAU / speed);
+            }
         }
         longest
     }
+}
+
+/// A surface's geometry at a time; one that moves remembers what it was made from.
+fn made(surface: &Arc<Surface>, time_secs: f64) -> Geometry {
+    let mut geometry = surface.geometry(time_secs);
+    geometry.made_from = surface.moves().then(|| MadeFrom { surface: Arc::clone(surface), time_secs });
+    geometry
 }
 
 /// Makes a model's geometry from its source.
@@ -219,6 +256,13 @@ fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneEr
     let mut origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
     let geometry = match &model.source {
         Source::Shape(shape) => shapes::shape(shape),
+        Source::Surface(surface) => {
+            let geometry = made(surface, 0.0);
+            // One that moves has its warnings frame by frame.
+            let odd = geometry.warning.clone().filter(|_| !surface.moves());
+            origin.warnings.extend(odd.map(|what| Warning::new(format!("model `{}`", model.name), what)));
+            geometry
+        }
         Source::File(file) => {
             let path = folder.join(file);
             // Stamped before it is read: a change meanwhile is seen later.

@@ -6,9 +6,13 @@ use crate::scene::description::{
     ANGULAR_RADIUS_DEG, Align, Background, Camera, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind,
     MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Scene, Separability, Shape, Source, VoxelizerSettings,
 };
+use crate::scene::implicit::Implicit;
+use crate::scene::parametric::Parametric;
+use crate::scene::surface::Surface;
 use crate::scene::{SceneError, Warning};
 use glam::{UVec3, Vec3};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The most models in a scene.
 const MAX_MODELS: usize = 256;
@@ -304,6 +308,7 @@ fn free_name(source: &Source, earlier: &[Model]) -> String {
     let stem = match source {
         Source::File(file) => file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
         Source::Shape(shape) => shape_name(shape).to_owned(),
+        Source::Surface(surface) => surface.word().to_owned(),
     };
     let taken = |name: &str| earlier.iter().any(|m| m.name == name);
     if !taken(&stem) {
@@ -313,7 +318,7 @@ fn free_name(source: &Source, earlier: &[Model]) -> String {
 }
 
 /// The built-in shapes, in the order of [`source`].
-pub const SHAPES: &[&str] = &["sphere", "icosphere", "torus", "box", "plane"];
+pub const SHAPES: &[&str] = &["sphere", "icosphere", "torus", "box", "plane", "parametric", "implicit"];
 
 /// The word of a shape.
 pub(super) fn shape_name(shape: &Shape) -> &'static str {
@@ -344,6 +349,8 @@ fn source(from: &mut Section<'_>, folder: &Path, warnings: &mut Vec<Warning>) ->
         (None, Some(shape)) => shape,
     };
     Ok(Source::Shape(match SHAPES[shape] {
+        "parametric" => return Ok(Source::Surface(Arc::new(Surface::Parametric(parametric(from)?)))),
+        "implicit" => return Ok(Source::Surface(Arc::new(Surface::Implicit(implicit(from)?)))),
         "sphere" => Shape::Sphere {
             radius: from.positive("radius", FARTHEST)?.unwrap_or(1.0),
             rings: from.count("rings", 3..=1024)?.unwrap_or(64),
@@ -361,15 +368,56 @@ fn source(from: &mut Section<'_>, folder: &Path, warnings: &mut Vec<Warning>) ->
             Shape::Torus { radius, tube, segments: from.count("segments", 3..=2048)?.unwrap_or(128) }
         }
         "box" => {
-            let min = from.vector("min", -FARTHEST..=FARTHEST)?.unwrap_or(Vec3::NEG_ONE);
-            let max = from.vector("max", -FARTHEST..=FARTHEST)?.unwrap_or(Vec3::ONE);
-            if !min.cmplt(max).all() {
-                return Err(from.error_at("max", "the box's `max` is not above its `min` in every axis; swap them"));
-            }
+            let (min, max) = corners(from, 1.0)?;
             Shape::Box { min, max }
         }
         _ => Shape::Plane { size: from.positive("size", FARTHEST)?.unwrap_or(80.0) },
     }))
+}
+
+fn parametric(from: &mut Section<'_>) -> Result<Parametric, SceneError> {
+    let mut position = Vec::with_capacity(3);
+    for key in ["x", "y", "z"] {
+        let Some(expression) = from.expression(key, Parametric::VARIABLES)? else {
+            return Err(from.error(format!("a parametric shape needs `{key}`, an expression in u and v (and t)")));
+        };
+        position.push(expression);
+    }
+    let mut ranges = Vec::with_capacity(2);
+    for key in ["u", "v"] {
+        let Some(range) = from.range(key)? else {
+            return Err(from.error(format!("a parametric shape needs `{key}`, its range, such as [0, \"2*pi\"]")));
+        };
+        ranges.push(range);
+    }
+    let (Ok(position), Ok(ranges)) = (position.try_into(), ranges.try_into()) else {
+        return Err(from.error("a parametric shape needs x, y, z, u and v"));
+    };
+    Ok(Parametric {
+        position,
+        ranges,
+        steps: from.two_counts("steps", Parametric::STEPS)?.unwrap_or([128, 64]),
+        wrap: from.two_flags("wrap")?.unwrap_or([false; 2]),
+    })
+}
+
+fn implicit(from: &mut Section<'_>) -> Result<Implicit, SceneError> {
+    let Some(expression) = from.expression("expression", Implicit::VARIABLES)? else {
+        return Err(from.error("an implicit shape needs an `expression` in x, y, z (and t), negative inside"));
+    };
+    let (min, max) = corners(from, 1.5)?;
+    Ok(Implicit { expression, min, max, cells: from.count("cells", Implicit::CELLS)?.unwrap_or(64) })
+}
+
+/// `min` and `max` of a box; without them a cube of this half side.
+fn corners(from: &mut Section<'_>, half: f32) -> Result<(Vec3, Vec3), SceneError> {
+    let min = from.vector("min", -FARTHEST..=FARTHEST)?.unwrap_or(Vec3::splat(-half));
+    let max = from.vector("max", -FARTHEST..=FARTHEST)?.unwrap_or(Vec3::splat(half));
+    if min.cmplt(max).all() {
+        Ok((min, max))
+    } else {
+        Err(from.error_at("max", "the box's `max` is not above its `min` in every axis; swap them"))
+    }
 }
 
 /// The axes, as files name them.

@@ -4,6 +4,7 @@
 //! code that reads a key is the only list of keys.
 
 use crate::scene::SceneError;
+use crate::scene::expression::Expression;
 use crate::scene::words::{Words, nearest};
 use glam::Vec3;
 use std::ops::{Range, RangeInclusive};
@@ -166,6 +167,78 @@ impl<'a> Section<'a> {
             return Err(self.error_at(key, format!("`{key}` is empty; write its name or leave it out")));
         }
         Ok(Some(text))
+    }
+
+    /// An expression in these variables. A complaint points at the character and quotes its line.
+    pub(super) fn expression(
+        &mut self,
+        key: &'static str,
+        variables: &[&str],
+    ) -> Result<Option<Expression>, SceneError> {
+        let Some(text) = self.string(key)? else { return Ok(None) };
+        self.parsed(key, self.table.get(key).and_then(Item::span), text, variables).map(Some)
+    }
+
+    /// Two values, each a number or an expression without variables: `[0, "2*pi"]`.
+    pub(super) fn range(&mut self, key: &'static str) -> Result<Option<[Expression; 2]>, SceneError> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let wrong_type = || self.wrong_type(key, "two values, such as [0, 1] or [0, \"2*pi\"]");
+        let array = item.as_array().filter(|a| a.len() == 2).ok_or_else(wrong_type)?;
+        let end = |value: &Value| match value.as_str() {
+            Some(text) => self.parsed(key, value.span(), text, &[]),
+            None => {
+                let text = number_of(value).ok_or_else(wrong_type)?.to_string();
+                self.parsed(key, value.span(), &text, &[])
+            }
+        };
+        let ends: Vec<Expression> = array.iter().map(end).collect::<Result<_, _>>()?;
+        let values: Vec<f64> = ends.iter().map(|e| e.evaluate::<f64>(&[], &mut Vec::new())).collect();
+        if !(values.iter().all(|v| v.abs() <= f64::from(FARTHEST)) && values[0] < values[1]) {
+            return Err(self.error_at(key, format!("`{key}` does not run from a lesser to a greater number; mend it")));
+        }
+        Ok(ends.try_into().ok())
+    }
+
+    fn parsed(&self, key: &str, span: Span, text: &str, variables: &[&str]) -> Result<Expression, SceneError> {
+        Expression::parse(text, variables).map_err(|e| {
+            let (before, after) = text.split_at(e.at.min(text.len()));
+            let line_start = before.rsplit('\n').next().unwrap_or("");
+            let line = format!("{line_start}{}", after.lines().next().unwrap_or(""));
+            let what = format!("in `{key}`: {}\n    {line}\n    {}^", e.what, " ".repeat(line_start.chars().count()));
+            let place = span.map(|span| {
+                // Past the opening quotes, unless escapes make the text differ from what the file has there.
+                let raw = self.text.text.get(span.clone()).unwrap_or("");
+                let inner = raw.find(text).filter(|start| *start <= 4).map_or(0, |start| start + e.at);
+                span.start + inner..span.end
+            });
+            self.text.error(&place, what)
+        })
+    }
+
+    /// Two of `true` or `false`.
+    pub(super) fn two_flags(&mut self, key: &'static str) -> Result<Option<[bool; 2]>, SceneError> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let flags = item.as_array().map(|a| a.iter().filter_map(Value::as_bool).collect::<Vec<_>>());
+        let two = flags.and_then(|flags| <[bool; 2]>::try_from(flags).ok());
+        two.map(Some).ok_or_else(|| self.wrong_type(key, "two of true or false, [true, false]"))
+    }
+
+    /// Two whole numbers.
+    pub(super) fn two_counts(
+        &mut self,
+        key: &'static str,
+        range: RangeInclusive<u32>,
+    ) -> Result<Option<[u32; 2]>, SceneError> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let whole = item.as_array().map(|a| a.iter().filter_map(Value::as_integer).collect::<Vec<_>>());
+        let two = whole.and_then(|whole| <[i64; 2]>::try_from(whole).ok());
+        let two = two.ok_or_else(|| self.wrong_type(key, "two whole numbers, [u, v]"))?;
+        let within = i64::from(*range.start())..=i64::from(*range.end());
+        let mut counts = [0; 2];
+        for (count, value) in counts.iter_mut().zip(two) {
+            *count = u32::try_from(self.whole_within(key, value, &within)?).unwrap_or(*range.end());
+        }
+        Ok(Some(counts))
     }
 
     /// One of the words of a choice.

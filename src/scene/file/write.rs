@@ -5,6 +5,10 @@ use crate::scene::description::{
     Background, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind, MaterialOverride, Model, Scene,
     Separability, Shape, Source, VoxelizerSettings,
 };
+use crate::scene::expression::Expression;
+use crate::scene::implicit::Implicit;
+use crate::scene::parametric::Parametric;
+use crate::scene::surface::Surface;
 use crate::scene::words::Words;
 use glam::Vec3;
 use std::path::Path;
@@ -199,6 +203,7 @@ fn model(model: &Model) -> Table {
 fn source(lines: Lines, source: &Source) -> Lines {
     let shape = match source {
         Source::File(file) => return lines.with("file", path(file)),
+        Source::Surface(from) => return surface(lines.with("shape", from.word()), from),
         Source::Shape(shape) => shape,
     };
     let lines = lines.with("shape", shape_name(shape));
@@ -213,6 +218,29 @@ fn source(lines: Lines, source: &Source) -> Lines {
         Shape::Box { min, max } => lines.with("min", vector(min)).with("max", vector(max)),
         Shape::Plane { size } => lines.with("size", number(size)),
     }
+}
+
+fn surface(lines: Lines, surface: &Surface) -> Lines {
+    match surface {
+        Surface::Parametric(Parametric { position: [x, y, z], ranges: [u, v], steps, wrap }) => lines
+            .with("x", x.text())
+            .with("y", y.text())
+            .with("z", z.text())
+            .with("u", range(u))
+            .with("v", range(v))
+            .with("steps", Value::Array(steps.iter().map(|n| i64::from(*n)).collect()))
+            .with("wrap", Value::Array(wrap.iter().copied().collect())),
+        Surface::Implicit(Implicit { expression, min, max, cells }) => lines
+            .with("expression", expression.text())
+            .with("min", vector(*min))
+            .with("max", vector(*max))
+            .with("cells", i64::from(*cells)),
+    }
+}
+
+fn range(ends: &[Expression; 2]) -> Value {
+    let end = |e: &Expression| e.text().parse::<f64>().map_or_else(|_| Value::from(e.text()), Value::from);
+    Value::Array(ends.iter().map(end).collect())
 }
 
 fn deformer(deformer: &Deformer) -> Table {
