@@ -36,6 +36,8 @@ const BLOCK: usize = 4;
 const SUPER: usize = 4;
 /// Steps toward the surface.
 const NEWTON_STEPS: usize = 4;
+/// The value of a point of the box's face that would be inside.
+const CUT: f64 = f64::INFINITY;
 /// Fewest cells along a short side.
 const LEAST_CELLS: usize = 4;
 
@@ -56,7 +58,7 @@ impl Implicit {
         let lattice = Lattice::new(self, time_secs);
         let blocks = lattice.undecided_blocks();
         let samples = lattice.samples(&blocks);
-        let surface_cells = lattice.surface_cells(&blocks, &samples);
+        let surface_cells = lattice.surface_cells(&samples);
         let mut mesh = Mesh::default();
         for run in in_runs(surface_cells.len(), |run| lattice.vertices(&surface_cells[run], &samples)) {
             for vertex in run {
@@ -231,7 +233,7 @@ impl<'a> Lattice<'a> {
                 }
                 if *value < 0.0 && self.on_face([x, y, z]) {
                     samples.cut += 1;
-                    *value = f64::INFINITY;
+                    *value = CUT;
                 }
             }
         }
@@ -244,31 +246,29 @@ impl<'a> Lattice<'a> {
         std::array::from_fn(|i| (i & 1) * sx + (i >> 1 & 1) * sy + (i >> 2) * sz)
     }
 
-    /// In the order of their points.
-    fn surface_cells(&self, blocks: &Blocks, samples: &Samples) -> Vec<SurfaceCell> {
-        let offsets = self.corner_offsets();
-        let mut found = Vec::new();
-        for z in 0..self.cells[2] {
-            for y in 0..self.cells[1] {
-                for bx in 0..blocks.counts[0] {
-                    // The box's faces are outside whatever a block's sign.
-                    let faces = |c: usize, n: usize| c == 0 || c + 1 == n;
-                    let at_face = faces(bx, blocks.counts[0]) || faces(y, self.cells[1]) || faces(z, self.cells[2]);
-                    if !at_face && blocks.signs[blocks.index([bx, y / BLOCK, z / BLOCK])] != Sign::Undecided {
-                        continue;
+    /// All cells whose corners are not of one sign, in the order of their points.
+    fn surface_cells(&self, samples: &Samples) -> Vec<SurfaceCell> {
+        let runs = in_runs(self.cells[2], |planes| {
+            let mut found = Vec::new();
+            for (z, y) in planes.flat_map(|z| (0..self.cells[1]).map(move |y| (z, y))) {
+                let first = self.point([0, y, z]);
+                let [_, row, plane] = self.strides();
+                let rows = [0, row, plane, row + plane].map(|offset| &samples.values[first + offset..]);
+                // The four corners that two neighbouring cells share.
+                let side = |x: usize| (0..4).fold(0_u8, |bits, i| bits | u8::from(rows[i][x] < 0.0) << (2 * i));
+                let mut before = side(0);
+                for x in 0..self.cells[0] {
+                    let after = side(x + 1);
+                    let inside = before | after << 1;
+                    if inside != 0 && inside != 0xff {
+                        found.push(SurfaceCell { point: first + x, inside });
                     }
-                    for x in bx * BLOCK..((bx + 1) * BLOCK).min(self.cells[0]) {
-                        let point = self.point([x, y, z]);
-                        let corners = offsets.map(|offset| samples.values[point + offset] < 0.0);
-                        let inside = corners.iter().rev().fold(0_u8, |bits, &inside| bits << 1 | u8::from(inside));
-                        if inside != 0 && inside != 0xff {
-                            found.push(SurfaceCell { point, inside });
-                        }
-                    }
+                    before = after;
                 }
             }
-        }
-        found
+            found
+        });
+        runs.concat()
     }
 
     fn point(&self, coordinates: [usize; 3]) -> usize {
@@ -291,12 +291,15 @@ impl<'a> Lattice<'a> {
                 if cell.inside >> from & 1 == cell.inside >> to & 1 {
                     continue;
                 }
-                let [a, b] = [from, to].map(|i| samples.values[cell.point + offsets[i]]);
+                let ends = [from, to].map(|i| cell.point + offsets[i]);
+                let [a, b] = ends.map(|point| samples.values[point]);
                 let mut fraction = a / (a - b);
-                if a.is_infinite() || b.is_infinite() {
-                    // Cut by the box: the surface is the box's face there.
-                    fraction = if a.is_infinite() { 0.0 } else { 1.0 };
-                    face_normal[axis] += if a.is_infinite() { -1.0 } else { 1.0 };
+                if let Some(end) = [a, b].iter().position(|value| *value == CUT)
+                    && self.on_face(self.coordinates(ends[end]))
+                {
+                    // The surface is the box's face there.
+                    fraction = [0.0, 1.0][end];
+                    face_normal[axis] += [-1.0, 1.0][end];
                 }
                 let mut place: [f64; 3] = std::array::from_fn(|k| float(from >> k & 1));
                 place[axis] = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.5 };
@@ -315,15 +318,14 @@ impl<'a> Lattice<'a> {
             let variables = [variable(0), variable(1), variable(2), Dual::constant(self.time_secs)];
             let value = self.expression.evaluate(&variables, steps);
             let gradient = DVec3::from_array(value.slopes);
-            let to_surface = -gradient * (value.value / gradient.length_squared());
             if gradient.is_finite() {
                 normal = gradient;
             }
-            let is_there = to_surface.length() < 1e-9 * self.step.min_element();
-            if is_cut || step == NEWTON_STEPS || is_there || !to_surface.is_finite() {
+            let is_there = value.value.abs() < 1e-9 * self.step.min_element() * gradient.length();
+            if is_cut || step == NEWTON_STEPS || is_there {
                 break;
             }
-            position = (position + to_surface).clamp(low, high);
+            position = newton_step(position, value.value, gradient, [low, high]);
         }
         let outward = self.outward(cell, face_normal);
         let gradient = normal.try_normalize().unwrap_or(outward);
@@ -380,6 +382,28 @@ impl<'a> Lattice<'a> {
         let what = "nothing of the surface lies in its box; mend `min`, `max` or the sign (it is negative inside)";
         is_empty.then(|| what.to_owned())
     }
+}
+
+/// A step toward where the value is nought, within a box: along the gradient, and where that leads out of the box along
+/// its faces.
+fn newton_step(from: DVec3, value: f64, gradient: DVec3, [low, high]: [DVec3; 2]) -> DVec3 {
+    let (mut free, mut position) = (gradient, from);
+    for _ in 0..3 {
+        // What the axes that have come to a face did already is taken off.
+        let left = value + (gradient - free).dot(position - from);
+        let step = -free * (left / free.length_squared());
+        if !step.is_finite() {
+            break;
+        }
+        let wanted = DVec3::select(free.cmpne(DVec3::ZERO), from + step, position);
+        position = wanted.clamp(low, high);
+        let stopped = wanted.cmpne(position);
+        if !stopped.any() {
+            break;
+        }
+        free = DVec3::select(stopped, DVec3::ZERO, free);
+    }
+    position
 }
 
 /// A quad's triangles: of its two diagonals the one whose triangles agree better with the vertices' normals.

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 /// A surface that is not made of triangles by itself.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "always behind an Arc")]
 pub enum Surface {
     /// Points as a function of two parameters.
     Parametric(Parametric),

@@ -204,6 +204,11 @@ fn unusual() -> Scene {
             materials: vec![material.clone(), MaterialOverride { sigma: Some(Vec3::ONE), ..Default::default() }],
         });
     }
+    let surfaces = "[[model]]\nshape = \"implicit\"\nexpression = \"x^2 + y*z - t\"\nmin = [-2, -1, 0]\ncells = 9\n\
+        [[model]]\nshape = \"parametric\"\nx = \"u\"\ny = \"v/t\"\nz = \"sin(u)\"\nu = [-0.5, \"pi/2\"]\nv = [0, 3]\n\
+        steps = [7, 9]\nwrap = [true, false]\n";
+    let (other, _) = file::parse(surfaces, Path::new("scenes/x.toml"), METHODS).unwrap();
+    scene.models.extend(other.models);
     scene
 }
 

@@ -45,8 +45,7 @@ impl Number for f64 {
             Binary::Divide => self / other,
             Binary::Power => self.powf(other),
             // What is no number stays none, unlike in f64::min.
-            Binary::Min if self.is_nan() || other.is_nan() => Self::NAN,
-            Binary::Max if self.is_nan() || other.is_nan() => Self::NAN,
+            Binary::Min | Binary::Max if self.is_nan() || other.is_nan() => Self::NAN,
             Binary::Min => self.min(other),
             Binary::Max => self.max(other),
             Binary::Atan2 => self.atan2(other),
@@ -263,8 +262,10 @@ impl Number for Interval {
         Self::hull([value])
     }
 
+    // What may be no number stays so, whatever is made of it.
     fn unary(self, function: Unary) -> Self {
         match function {
+            _ if self == Self::ALL => self,
             Unary::Negate => Self { low: -self.high, high: -self.low },
             Unary::Abs if self.has(0.0) => Self { low: 0.0, high: self.high.max(-self.low) },
             Unary::Abs => Self::hull([self.low.abs(), self.high.abs()]),
@@ -284,6 +285,7 @@ impl Number for Interval {
 
     fn binary(self, function: Binary, other: Self) -> Self {
         match function {
+            _ if self == Self::ALL || other == Self::ALL => Self::ALL,
             Binary::Add => Self::hull([self.low + other.low, self.high + other.high]),
             Binary::Subtract => Self::hull([self.low - other.high, self.high - other.low]),
             Binary::Multiply => self.product(other),
@@ -291,7 +293,6 @@ impl Number for Interval {
             Binary::Divide => self.product(other.reciprocal()),
             Binary::Power if self.low <= 0.0 => Self::ALL,
             Binary::Power => self.growing(f64::ln).product(other).growing(f64::exp),
-            Binary::Min | Binary::Max if self == Self::ALL || other == Self::ALL => Self::ALL,
             Binary::Min => Self { low: self.low.min(other.low), high: self.high.min(other.high) },
             Binary::Max => Self { low: self.low.max(other.low), high: self.high.max(other.high) },
             // The angle has a cut where y changes sign at negative x.
@@ -306,6 +307,9 @@ impl Number for Interval {
     }
 
     fn power(self, power: i32) -> Self {
+        if self == Self::ALL {
+            return self;
+        }
         if power < 0 {
             return self.power(-power).reciprocal();
         }

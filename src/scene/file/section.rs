@@ -202,9 +202,9 @@ impl<'a> Section<'a> {
     fn parsed(&self, key: &str, span: Span, text: &str, variables: &[&str]) -> Result<Expression, SceneError> {
         Expression::parse(text, variables).map_err(|e| {
             let (before, after) = text.split_at(e.at.min(text.len()));
-            let line_start = before.rsplit('\n').next().unwrap_or("");
-            let line = format!("{line_start}{}", after.lines().next().unwrap_or(""));
-            let what = format!("in `{key}`: {}\n    {line}\n    {}^", e.what, " ".repeat(line_start.chars().count()));
+            let near: String = before.chars().rev().take(QUOTED).collect::<Vec<_>>().into_iter().rev().collect();
+            let quoted = format!("{near}→{}", after.chars().take(QUOTED).collect::<String>()).replace('\n', " ");
+            let what = format!("in `{key}`, at the arrow in `{quoted}`: {}", e.what);
             let place = span.map(|span| {
                 // Past the opening quotes, unless escapes make the text differ from what the file has there.
                 let raw = self.text.text.get(span.clone()).unwrap_or("");
@@ -348,6 +348,8 @@ pub(super) enum OneOrThree {
     Three([u32; 3]),
 }
 
+/// Characters of an expression that a complaint quotes on each side of the place.
+const QUOTED: usize = 24;
 /// The smallest length that is taken for more than nothing.
 pub(super) const SMALLEST: f32 = 1e-9;
 /// The largest coordinate and radiance: beyond it f32 has no digits left for a cell.
