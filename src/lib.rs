@@ -28,7 +28,6 @@ pub mod frame;
 pub mod image;
 
 pub mod headless;
-pub mod sheets;
 pub mod golden;
 pub mod bench;
 

@@ -189,6 +189,7 @@ fn mend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     var sum = vec3f(0.0);
     var nearest = 4;
     var part = 0u;
+    var triangle = 0u;
     for (var i = 0; i < 27; i++) {
         let step = vec3i(i % 3, (i / 3) % 3, i / 9) - 1;
         let beside = cell + step;
@@ -211,11 +212,14 @@ fn mend(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         if distance_squared < nearest {
             nearest = distance_squared;
             part = record_part(records[other]);
+            triangle = records[other].triangle;
         }
     }
     // With no neighbour to ask, the side that columns are walked from.
     let toward = world_from_grid(grids[g], vec3f(cell)) - world_from_grid(grids[g], vec3f(cell + vec3i(0, 0, 1)));
     records[index].normal = pack_unit(normalize(select(toward, sum, dot(sum, sum) > 1e-6)));
+    // Its colours run on from the nearest neighbour's triangle.
+    records[index].triangle = triangle | RECORD_ORPHAN;
     records[index].medium = part;
     records[index].point = pack_point_in_cell(vec3f(0.5));
 }
