@@ -51,7 +51,7 @@ bench: setup-demo ## time every stage (ARGS are passed on)
 	@$(MURRINE) bench $(ARGS)
 
 fuzz: setup-test ## feed 100,000 broken files to each reader
-	@for reader in model scene environment; do cargo run --locked --quiet --example fuzz -- $$reader || exit 1; done
+	@for reader in model scene environment voxels; do cargo run --locked --quiet --example fuzz -- $$reader || exit 1; done
 
 setup-demo: runtime
 	@sh tools/setup.sh demo

@@ -14,6 +14,7 @@ use crate::scene::material::{Material, PartMaterial, flags};
 use crate::scene::{Pose, Scene, World};
 use glam::{Mat4, UVec2, Vec3};
 use neighbors::neighbors;
+pub(crate) use pictures::srgb8_from_linear;
 use room::Room;
 use std::f64::consts::TAU;
 
@@ -300,6 +301,27 @@ impl Triangles {
     ) -> Result<Self, GpuError> {
         let place = |v: u32| (vertices[v as usize].part, vertices[v as usize].position);
         Self::placed(gpu, vertices, triangles, materials, place)
+    }
+
+    /// Some of these triangles by themselves: they share vertices and materials, and have no neighbours.
+    ///
+    /// # Errors
+    /// When the device refuses the buffer.
+    pub fn of(&self, gpu: &Gpu, triangles: &[[u32; 3]]) -> Result<Self, GpuError> {
+        Ok(Self {
+            vertices: self.vertices.clone(),
+            indices: buffer::storage_with(gpu, "indices", triangles)?,
+            rest_vertices: self.rest_vertices.clone(),
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+            neighbors: buffer::storage_with(gpu, "neighbors", &vec![NO_TRIANGLE; 3 * triangles.len()])?,
+            vertex_count: self.vertex_count,
+            triangle_count: u32_of(triangles.len()),
+            part_flags: self.part_flags.clone(),
+            samplings: self.samplings.clone(),
+            rooms: Vec::new(),
+            motion: None,
+        })
     }
 
     /// As [`Triangles::still`]; `place` tells a vertex's part and the position by which triangles are neighbours.

@@ -1,18 +1,17 @@
 //! Renders one frame, or voxelizes one grid, without a window and reads it back.
 
-use crate::animate::Animate;
+mod voxels;
+
+pub use voxels::{Voxels, voxel_body, voxels};
+
 use crate::compose::DebugView;
-use crate::fill::FillInterior;
 use crate::frame::{Frame, Request};
-use crate::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
-use crate::grid::Grid;
+use crate::gpu::{Gpu, GpuError, Timing, buffer};
 use crate::image::{Floats, Picture};
 use crate::march::Channel;
-use crate::scene::description::Fill;
 use crate::scene::{Scene, SceneError, Warning, World, file, framing};
-use crate::volume::Volume;
 use crate::voxelize;
-use glam::{UVec2, UVec3};
+use glam::UVec2;
 use std::path::Path;
 
 /// The most times a frame is rendered until the volume has room for every record: each time it grows to what the last
@@ -124,77 +123,4 @@ pub fn floats(gpu: &Gpu, frame: &Frame, channel: Channel) -> Result<Floats, GpuE
     let texels: Vec<[f32; 4]> = buffer::read_texture(gpu, texture)?;
     let values = texels.iter().flat_map(|texel| texel[..components].iter().copied()).collect();
     Ok(Floats { width: texture.width(), height: texture.height(), components, values })
-}
-
-/// The voxels of a world-aligned grid.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Voxels {
-    /// Resolution.
-    pub cells: UVec3,
-    /// 1 where the voxel is marked, else 0; \[z\]\[y\]\[x\].
-    pub marked: Vec<u8>,
-    /// Milliseconds that marking (and filling) took, once everything was compiled.
-    pub ms: f64,
-}
-
-/// Marks the voxels of `grid` that the scene's surfaces meet at a time, or with `solid` those whose centre is inside.
-///
-/// # Errors
-/// When the device refuses a buffer, or is lost.
-pub fn voxels(
-    gpu: &Gpu,
-    scene: &Scene,
-    world: &World,
-    time_secs: f64,
-    grid: Grid,
-    solid: bool,
-) -> Result<Voxels, GpuError> {
-    let world = &world.at(scene, time_secs, None);
-    let mut animate = Animate::new(gpu)?;
-    let triangles = animate.upload(gpu, world)?;
-    animate.write_materials(gpu, &triangles, &world.materials(scene));
-    let fill = FillInterior::new(gpu)?;
-    let mut settings = scene.voxelizer.clone();
-    if solid {
-        settings.fill = Fill::Eager;
-    }
-    let method = voxelize::method(&settings.method)?;
-    let mut voxelizer = (method.new)(gpu)?;
-    let mut volume = Volume::new(gpu)?;
-    volume.fit(gpu, &[grid])?;
-
-    let mut rec = Recorder::new(gpu, Timing::Submit);
-    rec.stage("animate")?;
-    animate.record(&mut rec, &triangles, world, scene, &world.pose(scene, time_secs));
-    rec.finish()?;
-    let mut ms = 0.0;
-    // The first round compiles, the second is timed.
-    for _ in 0..2 {
-        let mut rec = Recorder::new(gpu, Timing::Submit);
-        rec.stage("voxelize")?;
-        volume.clear(&mut rec, 0);
-        let input = voxelize::Input { volume: &volume, grid: 0, triangles: &triangles, settings: &settings };
-        voxelizer.record(&mut rec, &input)?;
-        if solid && !method.interior {
-            rec.stage("fill")?;
-            fill.record(&mut rec, &volume, 0, &triangles, true);
-        }
-        ms = rec.finish()?.iter().map(|(_, ms)| ms).sum();
-    }
-    let words = if solid { &volume.interior } else { &volume.occupancy };
-    let grid = &volume.grids[0];
-    let words: Vec<u32> = buffer::read(gpu, words, u64::from(grid.word_base), grid.word_count() as usize)?;
-    Ok(Voxels { cells: grid.cells, marked: unpack(&words, grid), ms })
-}
-
-/// Words to one byte a voxel, \[z\]\[y\]\[x\].
-fn unpack(words: &[u32], grid: &Grid) -> Vec<u8> {
-    let [nx, ny, nz] = grid.cells.to_array().map(|n| n as usize);
-    let mut marked = vec![0; nx * ny * nz];
-    for (column, words) in words.chunks_exact(grid.words_per_column as usize).enumerate() {
-        for z in 0..nz {
-            marked[z * nx * ny + column] = u8::from(words[z / 32] >> (z % 32) & 1 == 1);
-        }
-    }
-    marked
 }

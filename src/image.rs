@@ -12,6 +12,9 @@ pub enum ImageError {
     /// The ending says no format that we write.
     #[error("{0}: unknown ending; write .png, .exr or .npy")]
     Ending(PathBuf),
+    /// The format can't hold what is asked, or there is none of that ending.
+    #[error("{0}: {1}")]
+    Unfit(PathBuf, String),
     /// The place can't take a file.
     #[error("{0}: {1}")]
     Place(PathBuf, String),
@@ -121,7 +124,11 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn check_place(path: &Path) -> Result<(), ImageError> {
+/// Refuses a place that can't take a file.
+///
+/// # Errors
+/// A missing folder, or something at `path` that is no file.
+pub fn check_place(path: &Path) -> Result<(), ImageError> {
     let error = |what: &str| Err(ImageError::Place(path.to_owned(), what.to_owned()));
     if !folder_of(path).is_dir() {
         return error("its folder does not exist; make it or choose another");

@@ -16,6 +16,7 @@ pub mod animate;
 pub mod voxelize;
 pub mod resolve;
 pub mod fill;
+pub mod voxel_list;
 pub mod surroundings;
 pub mod light;
 pub mod plane_light;
@@ -26,6 +27,7 @@ pub mod stale;
 pub mod frame;
 
 pub mod image;
+pub mod voxel_file;
 
 pub mod headless;
 pub mod golden;

@@ -89,12 +89,20 @@ fn halved(picture: &Rgba32FImage) -> Rgba32FImage {
 
 /// A linear picture, sRGB-coded.
 fn coded(linear: &Rgba32FImage) -> Vec<u8> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 255")]
-    let code = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     linear
         .pixels()
-        .flat_map(|p| [0, 1, 2, 3].map(|c| code(if c < 3 { srgb_from_linear(p.0[c]) } else { p.0[c] })))
+        .flat_map(|p| [0, 1, 2, 3].map(|c| if c < 3 { srgb8_from_linear(p.0[c]) } else { byte(p.0[c]) }))
         .collect()
+}
+
+/// A component of a linear colour as pictures store it.
+pub(crate) fn srgb8_from_linear(value: f32) -> u8 {
+    byte(srgb_from_linear(value))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 255")]
+fn byte(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
 fn linear_from_srgb(value: f32) -> f32 {

@@ -212,7 +212,7 @@ pub const GESTURES: &[(&str, &str)] = &[
     ("Left drag", "orbit"),
     ("Shift+left or middle drag", "pan"),
     ("Wheel or pinch", "zoom"),
-    ("Drop a .toml, .glb or .gltf file", "opens it"),
+    ("Drop a .toml, .glb, .gltf or .npz file", "opens it"),
     ("Drop a .hdr or .exr file", "lights the scene by it"),
 ];
 

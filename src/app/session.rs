@@ -259,7 +259,7 @@ pub fn is_scene(path: &Path) -> bool {
 /// True for a file's name that can be opened.
 #[must_use]
 pub fn can_open(path: &Path) -> bool {
-    let is_model = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf");
+    let is_model = |e: &std::ffi::OsStr| ["glb", "gltf", "npz"].iter().any(|known| e.eq_ignore_ascii_case(known));
     is_scene(path) || path.extension().is_some_and(is_model)
 }
 

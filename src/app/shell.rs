@@ -529,7 +529,7 @@ impl Shell {
             self.request_with(Reason::Background, self.session.path.clone(), Some(background));
         } else {
             let text = format!(
-                "{}: neither a scene (.toml) nor a model (.glb, .gltf) nor an environment (.hdr, .exr)",
+                "{}: neither a scene (.toml) nor a model (.glb, .gltf, .npz) nor an environment (.hdr, .exr)",
                 path.display()
             );
             self.session.notices.tell(Topic::Scene, Severity::Error, text);

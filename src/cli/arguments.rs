@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, UVec2, UVec3};
 use std::path::PathBuf;
 
-/// Moving glass, made of voxels every frame. Opens a window on a scene (.toml) or a model (.glb, .gltf).
+/// Moving glass, made of voxels every frame. Opens a window on a scene (.toml) or a model (.glb, .gltf, .npz).
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub(super) struct Arguments {
@@ -146,7 +146,7 @@ impl SceneFlags {
 
 #[derive(Debug, Args)]
 pub(super) struct Render {
-    /// A scene (.toml) or a model (.glb, .gltf)
+    /// A scene (.toml) or a model (.glb, .gltf, .npz)
     pub(super) scene: PathBuf,
     /// The file to write: .png (8-bit sRGB), .exr or .npy (linear floats)
     #[arg(short, long, value_name = "FILE")]
@@ -169,10 +169,10 @@ pub(super) struct Render {
 
 #[derive(Debug, Args)]
 pub(super) struct Voxelize {
-    /// A model (.glb, .gltf) or a scene (.toml)
+    /// A model (.glb, .gltf, .npz) or a scene (.toml)
     pub(super) model: PathBuf,
-    /// The file to write: a u8 array [z][y][x], 1 where a voxel is marked
-    #[arg(short, long, value_name = "FILE.npy")]
+    /// The file to write: .npy (a u8 array [z][y][x]), .npz (all of it, to be shown again), .vti, .nrrd, .vox or .ply
+    #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
     /// Cells along each axis: N for a cube, or XxYxZ; 1 to 512
     #[arg(long, value_name = "N|XxYxZ", value_parser = cells)]
@@ -195,7 +195,7 @@ pub(super) struct Voxelize {
     /// Mark every slice that a triangle's plane reaches over a column, for rasterizing methods
     #[arg(long)]
     pub(super) conservative_depth: bool,
-    /// Mark the cells whose centre is inside instead of those on the surface
+    /// The cells whose centre is inside too; .npy, .nrrd and .vox hold them instead of the surface
     #[arg(long)]
     pub(super) solid: bool,
     /// Seconds into the animation

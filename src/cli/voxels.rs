@@ -4,19 +4,16 @@ use super::arguments::{Adapter, Voxelize};
 use super::{Failure, Outcome, Output, open_gpu, tell_warnings};
 use crate::grid::Grid;
 use crate::headless;
-use crate::image::{self, ImageError};
 use crate::scene::description::Bounds;
 use crate::scene::{Scene, World, framing};
+use crate::voxel_file::{self, VoxelFormat};
 use glam::UVec3;
 
 /// How much wider than the model a fitted grid is, so that no surface lies on its rim.
 const RIM: f64 = 1.0 + 1e-4;
 
 pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Result<Outcome, Failure> {
-    match image::Format::of(&options.output)? {
-        image::Format::Npy => {}
-        _ => return Err(ImageError::Ending(options.output.clone()).into()),
-    }
+    let format = VoxelFormat::of(&options.output, options.grid, options.solid)?;
     let (scene, world, warnings) = headless::open(&options.model, &assignments(options))?;
     tell_warnings(&warnings);
     let grid = match (options.origin, options.cell) {
@@ -24,11 +21,11 @@ pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Re
         _ => fitted(&scene, &world, options)?,
     };
     let gpu = open_gpu(adapter)?;
-    let voxels = headless::voxels(&gpu, &scene, &world, options.time, grid, options.solid)?;
-    let [nx, ny, nz] = voxels.cells.to_array().map(u64::from);
-    image::write_array(&options.output, &[nz, ny, nx], &voxels.marked)?;
+    let (body, ms) = headless::voxel_body(&gpu, &scene, &world, options.time, grid, options.solid)?;
+    voxel_file::write(&options.output, format, &body)?;
 
-    let marked = voxels.marked.iter().filter(|v| **v != 0).count();
+    let [nx, ny, nz] = body.cells.to_array();
+    let marked = body.marked.iter().filter(|v| **v != 0).count();
     let triangles: usize = world.models.iter().map(|m| m.triangles.len()).sum();
     let origin = grid.world_from_grid.w_axis.truncate();
     out.line(format_args!("voxelizer  {}", scene.voxelizer.method))?;
@@ -37,7 +34,7 @@ pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Re
     out.line(format_args!("origin     {} {} {}", origin.x, origin.y, origin.z))?;
     out.line(format_args!("cell       {}", grid.cell_size))?;
     out.line(format_args!("{}   {marked}", if options.solid { "inside  " } else { "surface " }))?;
-    out.line(format_args!("ms         {:.3}", voxels.ms))?;
+    out.line(format_args!("ms         {:.3}", ms))?;
     Ok(Outcome::Good)
 }
 

@@ -379,7 +379,7 @@ impl Default for Light {
 /// Where a model's triangles come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
-    /// A `.glb` or `.gltf` file, relative to the scene's folder.
+    /// A `.glb` or `.gltf` file, or saved voxels (`.npz`), relative to the scene's folder.
     File(PathBuf),
     /// A built-in shape.
     Shape(Shape),

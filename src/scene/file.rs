@@ -22,7 +22,7 @@ pub use write::to_toml;
 /// The largest scene file, bytes.
 const LARGEST_TEXT: u64 = 1 << 20;
 
-/// Reads a scene file, or makes the default scene around a model file (`.glb`, `.gltf`), and applies the `--set`
+/// Reads a scene file, or makes the default scene around a model file (`.glb`, `.gltf`, `.npz`), and applies the `--set`
 /// assignments. `methods` are the names of the voxelizers there are.
 ///
 /// # Errors
@@ -61,11 +61,11 @@ pub fn text_of(path: &Path) -> Result<String, SceneError> {
     let error = |what: String| SceneError::new(name.clone(), what);
     let about = std::fs::metadata(path).map_err(|e| error(format!("can't open it: {e}; check the name")))?;
     if !about.is_file() {
-        return Err(error("it is no file; name a scene (.toml) or a model (.glb, .gltf)".to_owned()));
+        return Err(error("it is no file; name a scene (.toml) or a model (.glb, .gltf, .npz)".to_owned()));
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
-        "glb" | "gltf" => default_around(path).map_err(error),
+        "glb" | "gltf" | "npz" => default_around(path).map_err(error),
         "toml" if about.len() > LARGEST_TEXT => {
             Err(error(format!("{} bytes are too many for a scene; keep it under {LARGEST_TEXT}", about.len())))
         }
@@ -74,7 +74,7 @@ pub fn text_of(path: &Path) -> Result<String, SceneError> {
             String::from_utf8(bytes)
                 .map_err(|e| error(format!("byte {} is no UTF-8; save it as UTF-8", e.utf8_error().valid_up_to())))
         }
-        _ => Err(error("neither a scene (.toml) nor a model (.glb, .gltf); rename or convert it".to_owned())),
+        _ => Err(error("neither a scene (.toml) nor a model (.glb, .gltf, .npz); rename or convert it".to_owned())),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is to be shown: the scene file, the models it names, and their state at a time.
 //!
 //! [`description`] is the scene as its file says it, in [`words`]; [`file`](mod@file) reads, edits and writes such files;
-//! [`gltf`], [`shapes`] and [`surface`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
+//! [`gltf`], [`shapes`], [`surface`] and saved [`voxels`] make [`geometry`]; [`clips`] and [`deform`] move it; [`world`] holds all that a scene names,
 //! loaded; [`pose`] is its state at a time and [`bounds`] how far it then reaches; [`framing`] fits a scene to bodies of
 //! unknown size; [`material`] is what light sees of a part, [`environment`] a picture around it all.
 
@@ -21,6 +21,7 @@ pub mod parametric;
 pub mod pose;
 pub mod shapes;
 pub mod surface;
+pub mod voxels;
 pub mod words;
 pub mod world;
 

@@ -6,7 +6,7 @@ use super::geometry::{Geometry, Texture};
 use super::material::Material;
 pub use super::pose::Pose;
 use super::surface::{MadeFrom, Surface};
-use super::{SceneError, Warning, environment, gltf, shapes};
+use super::{SceneError, Warning, environment, gltf, shapes, voxels};
 use glam::Mat4;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -267,7 +267,7 @@ fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneEr
             let path = folder.join(file);
             // Stamped before it is read: a change meanwhile is seen later.
             origin.files.extend(FileStamp::now(path.clone()));
-            let loaded = gltf::read(&path)?;
+            let loaded = if voxels::is_saved(file) { voxels::read(&path)? } else { gltf::read(&path)? };
             origin.files.extend(loaded.files.into_iter().filter_map(FileStamp::now));
             origin.warnings = loaded.warnings;
             loaded.geometry

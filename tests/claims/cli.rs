@@ -1,6 +1,7 @@
 //! The command line, run as a user runs it: what goes where, which exit code, and that nothing is left half done.
 
 use murrine::image;
+use murrine::voxel_file::VoxelFormat;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -113,7 +114,9 @@ fn what_cannot_be_done_is_told_once_and_exits_with_2() {
         (&["render", &scene, "-o", &out, "--adapter", "no such adapter"], "no such adapter"),
         (&["render", "absent.toml", "-o", &out], "absent.toml: can't open it"),
         (&["render", "Cargo.lock", "-o", &out], "neither a scene (.toml) nor a model"),
-        (&["voxelize", &scene, "-o", &out, "--grid", "16"], "unknown ending"),
+        (&["voxelize", &scene, "-o", &out, "--grid", "16"], "unknown ending; write one of .npy, .npz, .vti"),
+        (&["voxelize", &scene, "-o", "a.ply", "--grid", "16", "--solid"], "holds points of the surface, no interior"),
+        (&["voxelize", &scene, "-o", "a.vox", "--grid", "512"], "holds 256 cells along an axis"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "4096"], "write 1 to 512"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "16", "--origin", "0,0,0"], "--cell"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "16", "--origin", "0,0", "--cell", "1"], "three numbers"),
@@ -189,12 +192,15 @@ fn a_full_disk_is_told_and_leaves_nothing_behind() {
     let inside = |name: &str| folder.path().join(name).display().to_string();
     // Files may grow to one block of 512 or 1,024 bytes: less than any of these takes.
     let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\" --adapter software";
-    let (npy, voxels) = (inside("a.npy"), inside("v.npy"));
-    let commands: [(&str, Vec<&str>); 3] = [
+    let npy = inside("a.npy");
+    let voxels = VoxelFormat::ALL.map(|(_, ending)| inside(&format!("v.{ending}")));
+    let mut commands: Vec<(&str, Vec<&str>)> = vec![
         ("a.npy", vec!["render", &scene, "-o", &npy, "--size", "64x64"]),
-        ("v.npy", vec!["voxelize", &scene, "-o", &voxels, "--grid", "32"]),
         ("a.png", vec!["golden", "--folder", goldens.to_str().unwrap(), "update"]),
     ];
+    for file in &voxels {
+        commands.push((file.as_str(), vec!["voxelize", &scene, "-o", file, "--grid", "32"]));
+    }
     for (name, arguments) in commands {
         let output =
             Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_murrine")]).args(&arguments).output().unwrap();

@@ -70,3 +70,8 @@ fn the_scene_reader_stands_its_corpus_and_fresh_damage() {
 fn the_environment_reader_stands_its_corpus_and_fresh_damage() {
     stands(&["tests/fuzz/corpus/environment"], check::environment, mutate::model, 200);
 }
+
+#[test]
+fn the_reader_of_saved_voxels_stands_its_corpus_and_fresh_damage() {
+    stands(&["tests/fuzz/corpus/voxels", "tests/hostile/voxels"], check::voxels, mutate::voxels, 500);
+}

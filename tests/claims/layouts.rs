@@ -1,7 +1,7 @@
 //! Structs that host and shaders share agree by name, offset and size, in every shader that has them.
 
 use murrine::gpu::{GpuStruct, Layout, layout, shader::ShaderLibrary};
-use murrine::{animate, grid, march, scene, surroundings, volume};
+use murrine::{animate, grid, march, scene, surroundings, volume, voxel_list};
 
 const SHARED: &[Layout] = &[
     grid::Grid::LAYOUT,
@@ -16,6 +16,7 @@ const SHARED: &[Layout] = &[
     surroundings::PlaneData::LAYOUT,
     surroundings::Surroundings::LAYOUT,
     march::MarchSettings::LAYOUT,
+    voxel_list::ListedVoxel::LAYOUT,
 ];
 
 fn shaders() -> Vec<murrine::gpu::shader::Shader> {

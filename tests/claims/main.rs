@@ -29,6 +29,8 @@ mod surroundings;
 mod survival;
 mod volume;
 mod views;
+mod voxel_files;
+mod voxel_list;
 mod voxelizers;
 mod window;
 

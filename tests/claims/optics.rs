@@ -37,7 +37,7 @@ fn through_sphere(eye: DVec3, d: DVec3, ior: f64, impact: f64) -> Option<(DVec3,
 }
 
 /// Errors of the exit direction in degrees, and the share of rays that have none.
-fn exit_errors(scene: &Scene, size: UVec2, ior: f64) -> (Vec<f64>, f64) {
+pub(crate) fn exit_errors(scene: &Scene, size: UVec2, ior: f64) -> (Vec<f64>, f64) {
     let picture = render(scene, size, Channel::ExitDirection);
     let mut errors = Vec::new();
     let mut lost = 0.0;
@@ -59,7 +59,7 @@ fn exit_errors(scene: &Scene, size: UVec2, ior: f64) -> (Vec<f64>, f64) {
 }
 
 /// Median and 95th percentile of the exit direction's error, degrees.
-fn spread(mut errors: Vec<f64>) -> (f64, f64) {
+pub(crate) fn spread(mut errors: Vec<f64>) -> (f64, f64) {
     (quantile(&mut errors, 0.5), quantile(&mut errors, 0.95))
 }
 

@@ -3,13 +3,21 @@
 use super::mutate::ASSIGNMENT;
 use murrine::scene::description::{Model, Scene, Shape};
 use murrine::scene::geometry::Geometry;
-use murrine::scene::{World, environment, file, gltf, pose, shapes};
+use murrine::scene::{World, environment, file, gltf, pose, shapes, voxels};
 use std::path::Path;
 use std::sync::Arc;
 
 /// A model is refused with one line, or is whole and can be posed; then tells what is notable about it.
 pub(crate) fn model(bytes: &[u8]) -> Result<String, String> {
-    let loaded = gltf::parse(bytes, None, "model").map_err(|e| one_line(&e.to_string()))?;
+    loaded(gltf::parse(bytes, None, "model").map_err(|e| one_line(&e.to_string()))?)
+}
+
+/// Saved voxels are refused with one line, or are a model that is whole and can be posed.
+pub(crate) fn voxels(bytes: &[u8]) -> Result<String, String> {
+    loaded(voxels::parse(bytes, "voxels").map_err(|e| one_line(&e.to_string()))?)
+}
+
+fn loaded(loaded: gltf::Loaded) -> Result<String, String> {
     let notable: Vec<String> = loaded.warnings.iter().map(|w| one_line(&w.to_string())).collect();
     whole(&loaded.geometry);
     let scene = Scene { models: vec![Model::default()], ..Scene::default() };

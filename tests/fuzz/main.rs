@@ -1,4 +1,4 @@
-//! Feeds broken files to the readers: `cargo run --example fuzz -- model|scene|environment [CASES] [SEED]`.
+//! Feeds broken files to the readers: `cargo run --example fuzz -- model|scene|environment|voxels [CASES] [SEED]`.
 //!
 //! Starts from `tests/fuzz/corpus/`, the hostile files and, for scenes, `scenes/`; changes them, and checks what must
 //! hold (`check.rs`). An input that leads to an outcome not seen before joins those that are changed further. Everything
@@ -32,7 +32,7 @@ struct Reader {
     mutate: fn(&mut Dice, &[u8]) -> Vec<u8>,
 }
 
-const READERS: [Reader; 3] = [
+const READERS: [Reader; 4] = [
     Reader {
         name: "model",
         seeds: &["tests/fuzz/corpus/model", "tests/hostile/models"],
@@ -50,6 +50,12 @@ const READERS: [Reader; 3] = [
         seeds: &["tests/fuzz/corpus/environment"],
         check: check::environment,
         mutate: mutate::model,
+    },
+    Reader {
+        name: "voxels",
+        seeds: &["tests/fuzz/corpus/voxels", "tests/hostile/voxels"],
+        check: check::voxels,
+        mutate: mutate::voxels,
     },
 ];
 

@@ -316,3 +316,74 @@ fn move_line(dice: &mut Dice, text: &mut Vec<u8>) {
     }
     *text = lines.join(&b'\n');
 }
+
+/// Damages saved voxels: one array's head or numbers, packed again so that its sum is right; or the file's own bytes.
+pub(crate) fn voxels(dice: &mut Dice, input: &[u8]) -> Vec<u8> {
+    let whole = if dice.below(4) > 0 { arrays(input) } else { None };
+    let Some(mut arrays) = whole.filter(|a| !a.is_empty()) else {
+        let mut bytes = input.to_vec();
+        for _ in 0..=dice.below(3) {
+            damage(dice, &mut bytes, 0);
+        }
+        return bytes;
+    };
+    let which = dice.below(arrays.len());
+    match dice.below(8) {
+        0 => drop(arrays.remove(which)),
+        1 | 2 => {
+            let head = arrays[which].1.len().min(128);
+            let mut text = arrays[which].1.drain(..head).collect::<Vec<u8>>();
+            damage(dice, &mut text, 8);
+            text.append(&mut arrays[which].1);
+            arrays[which].1 = text;
+        }
+        _ => {
+            for _ in 0..=dice.below(4) {
+                damage(dice, &mut arrays[which].1, 128);
+            }
+        }
+    }
+    packed(&arrays)
+}
+
+/// Changes a byte from `first` on, to another or to one that means much in floats and heads.
+fn damage(dice: &mut Dice, bytes: &mut Vec<u8>, first: usize) {
+    if bytes.len() <= first {
+        return;
+    }
+    let at = first + dice.below(bytes.len() - first);
+    match dice.below(10) {
+        0 => bytes.truncate(at),
+        1 => bytes.insert(at, b'0'),
+        2 => bytes[at] = 0xff,
+        3 => bytes[at] = 0x7f,
+        4 => bytes[at] = b"9-,'(>Of"[dice.below(8)],
+        _ => bytes[at] ^= 1 << dice.below(8),
+    }
+}
+
+fn arrays(input: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
+    use std::io::Read as _;
+    let mut zip = zip::ZipArchive::new(std::io::Cursor::new(input)).ok()?;
+    let mut arrays = Vec::new();
+    for i in 0..zip.len().min(64) {
+        let entry = zip.by_index(i).ok()?;
+        let name = entry.name().to_owned();
+        let mut bytes = Vec::new();
+        entry.take(1 << 20).read_to_end(&mut bytes).ok()?;
+        arrays.push((name, bytes));
+    }
+    Some(arrays)
+}
+
+fn packed(arrays: &[(String, Vec<u8>)]) -> Vec<u8> {
+    use std::io::Write as _;
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in arrays {
+        if zip.start_file(name.as_str(), stored).is_ok() {
+            let _ = zip.write_all(bytes); // memory takes everything
+        }
+    }
+    zip.finish().map(std::io::Cursor::into_inner).unwrap_or_default()
+}

@@ -343,7 +343,8 @@ fn source(from: &mut Section<'_>, folder: &Path, warnings: &mut Vec<Warning>) ->
             return Err(from.error(what));
         }
         (Some(file), None) => {
-            let file = paths::checked(folder, file, &["glb", "gltf"]).map_err(|what| from.error_at("file", what))?;
+            let file =
+                paths::checked(folder, file, &["glb", "gltf", "npz"]).map_err(|what| from.error_at("file", what))?;
             return Ok(Source::File(file));
         }
         (None, Some(shape)) => shape,

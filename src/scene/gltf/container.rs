@@ -9,7 +9,7 @@ use std::cell::{Cell, RefCell};
 use std::path::{Component, Path, PathBuf};
 
 /// The largest file that is read.
-pub(super) const MAX_FILE_BYTES: u64 = 2 << 30;
+pub(in crate::scene) const MAX_FILE_BYTES: u64 = 2 << 30;
 /// The most bytes that all files beside a document may have together.
 const MAX_EXTERNAL_BYTES: u64 = 2 << 30;
 
@@ -117,7 +117,7 @@ impl<'a> Container<'a> {
 }
 
 /// Reads a plain file of at most `limit` bytes.
-pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+pub(in crate::scene) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     let meta = std::fs::metadata(path).map_err(|e| format!("can't be read: {e}"))?;
     if !meta.is_file() {
         return Err("is no file; name a .glb or .gltf file".to_owned());

@@ -24,6 +24,7 @@ use super::geometry::{Geometry, MatrixSource, Part};
 use super::{SceneError, Warning};
 use accessor::Accessors;
 use container::Container;
+pub(super) use container::{MAX_FILE_BYTES, read_file};
 use document::{Document, Primitive};
 use hierarchy::Hierarchy;
 use materials::Materials;
@@ -64,7 +65,7 @@ const SUPPORTED: [&str; 12] = [
 /// When the file can't be read, is no glTF 2.0, contradicts itself, needs what is not supported, or shows nothing.
 pub fn read(path: &Path) -> Result<Loaded, SceneError> {
     let place = path.display().to_string();
-    let bytes = container::read_file(path, container::MAX_FILE_BYTES).map_err(|e| SceneError::new(&place, e))?;
+    let bytes = read_file(path, MAX_FILE_BYTES).map_err(|e| SceneError::new(&place, e))?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
     parse(&bytes, folder, &place)
 }
