@@ -116,8 +116,21 @@ fn check(scenes: &[PathBuf], out: &mut Output) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// Times our own cases, and the given scenes after them.
+/// Grids and picture of `bench storage`.
+const STORAGE_CELLS: [u32; 3] = [64, 128, 256];
+const STORAGE_PIXELS: u32 = 256;
+
+/// Times our own cases, and the given scenes after them; or the ways to store a volume.
 fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Output) -> Result<Outcome, Failure> {
+    let json = |text: serde_json::Result<String>| text.map_err(|e| Failure::Other(e.to_string()));
+    if options.scenes.as_slice() == [PathBuf::from("storage")] {
+        let progress = |group: &str| tell(format_args!("timing: {group}"));
+        let gpu = open_gpu(adapter)?;
+        let report = bench::storage(&gpu, &STORAGE_CELLS, STORAGE_PIXELS, options.iterations, progress)?;
+        let text = if options.json { json(serde_json::to_string_pretty(&report))? } else { report.table() };
+        out.line(format_args!("{}", text.trim_end()))?;
+        return Ok(Outcome::Good);
+    }
     let mut more = Vec::new();
     for path in &options.scenes {
         let (scene, _, warnings) = headless::open(path, &[])?;
@@ -126,8 +139,7 @@ fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Outp
     }
     let what = bench::Options { iterations: options.iterations, filter: options.only.clone(), more };
     let report = bench::run(&open_gpu(adapter)?, &what, |group| tell(format_args!("timing: {group}")))?;
-    let json = || serde_json::to_string_pretty(&report).map_err(|e| Failure::Other(e.to_string()));
-    let text = if options.json { json()? } else { report.table() };
+    let text = if options.json { json(serde_json::to_string_pretty(&report))? } else { report.table() };
     out.line(format_args!("{}", text.trim_end()))?;
     Ok(Outcome::Good)
 }

@@ -22,6 +22,7 @@ pub mod light;
 pub mod plane_light;
 pub mod march;
 pub mod compose;
+pub mod dense;
 
 pub mod stale;
 pub mod frame;

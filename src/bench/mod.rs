@@ -6,10 +6,12 @@
 mod cases;
 mod findings;
 mod report;
+mod storage;
 
 pub use cases::{Case, cases, of_scene};
 pub use findings::{Finding, findings};
 pub use report::{Report, Row, Spread};
+pub use storage::{ListRow, StorageReport, StorageRow, storage};
 
 use crate::frame::{Frame, Request};
 use crate::gpu::{Gpu, GpuError, Timing};

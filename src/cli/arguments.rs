@@ -68,7 +68,7 @@ pub(super) enum Command {
 
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Scenes or models to time beside our own cases
+    /// Scenes or models to time beside our own cases; or `storage`: dense volumes and lists beside our records
     pub(super) scenes: Vec<PathBuf>,
     /// Write JSON instead of a table
     #[arg(long)]

@@ -23,6 +23,7 @@ mod scene_files;
 mod shaders;
 mod shipped_goldens;
 mod stages;
+mod storage;
 mod support;
 mod surfaces;
 mod surroundings;
