@@ -1,6 +1,7 @@
 //! What the voxelizers promise: every exact method marks the voxels that `cpu-exact` marks, and `cpu-exact` marks those
 //! that a triangle cut to a voxel's box leaves something in.
 
+mod effects;
 mod ramp;
 mod rasterized;
 mod shapes;
