@@ -1,6 +1,8 @@
 //! The eager fill is exact parity.
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
 
+mod winding;
+
 use crate::stages::Stages;
 use glam::{DMat3, DMat4, DVec2, DVec3, UVec3, Vec3, Vec3Swizzles};
 use murrine::grid::Grid;
