@@ -4,6 +4,7 @@
 mod arguments;
 mod doctor;
 mod golden;
+mod interrupt;
 mod list;
 mod output;
 mod render;

@@ -3,6 +3,9 @@
 //! Shader side: `shaders/lib/grid.inc.wgsl`, which says what grid space is.
 
 mod fit;
+mod slabs;
+
+pub use slabs::Slab;
 
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec3};
 
@@ -167,13 +170,7 @@ impl Grid {
     /// One byte a cell, 1 where its bit is set, in the order [z][y][x], from the grid's own words.
     #[must_use]
     pub fn cell_bytes(&self, words: &[u32]) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.cells.element_product() as usize);
-        for z in 0..self.cells.z {
-            for y in 0..self.cells.y {
-                bytes.extend((0..self.cells.x).map(|x| u8::from(words[self.word_of([x, y, z])] >> (z & 31) & 1 == 1)));
-            }
-        }
-        bytes
+        Slab { grid: *self, slices: 0..self.cells.z, skipped: 0 }.cell_bytes(words).flatten().collect()
     }
 
     /// Words of the whole grid.

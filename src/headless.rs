@@ -1,8 +1,10 @@
 //! Renders one frame, or voxelizes one grid, without a window and reads it back.
 
+mod slabs;
 mod voxels;
 
-pub use voxels::{Voxels, voxel_body, voxels};
+pub use slabs::{MarkedSlab, VoxelSlabs, largest_cube};
+pub use voxels::voxel_body;
 
 use crate::compose::DebugView;
 use crate::frame::{Frame, Request};

@@ -202,6 +202,34 @@ pub fn write_array<T: npyz::AutoSerialize + Copy>(path: &Path, shape: &[u64], va
     })
 }
 
+/// Writes a u8 array of any shape, last index fastest, from its parts in order; the first that could not be made ends it.
+///
+/// # Errors
+/// See [`atomically`], and those of the parts.
+pub fn write_bytes<E: From<ImageError>>(
+    path: &Path,
+    shape: &[u64],
+    parts: impl Iterator<Item = Result<Vec<u8>, E>>,
+) -> Result<(), E> {
+    use npyz::WriterBuilder as _;
+    let mut failed = None;
+    let written = atomically(path, |to| {
+        let header = npyz::WriteOptions::<u8>::new().default_dtype().shape(shape).writer(&mut *to);
+        header.write_header_only()?;
+        for part in parts {
+            match part {
+                Ok(bytes) => to.write_all(&bytes)?,
+                Err(error) => {
+                    failed = Some(error);
+                    return Err(std::io::ErrorKind::Interrupted.into());
+                }
+            }
+        }
+        Ok(())
+    });
+    failed.map_or(written.map_err(E::from), Err)
+}
+
 /// Reads an 8-bit `.png`.
 ///
 /// # Errors

@@ -24,6 +24,7 @@ mod regions;
 
 use crate::gpu::{Gpu, GpuError, Recorder, buffer};
 use crate::grid::{Grid, MAX_GRIDS};
+use crate::scene::description::CELLS;
 use counts::Counts;
 use regions::Regions;
 
@@ -59,6 +60,8 @@ crate::gpu_struct! {
 pub const CHUNK: u32 = 32;
 /// Winners that a voxel can have.
 const SLOTS: u64 = 6;
+
+const REMEDY: &str = "choose a smaller grid: a lower grid.cells or light_grid.cells";
 
 /// The buffers of all grids of a frame.
 #[derive(Debug)]
@@ -122,13 +125,14 @@ impl Volume {
     /// Returns, for each grid, whether its region is new: then it must be voxelized.
     ///
     /// # Errors
-    /// When a grid can't fit the device's bindings; the remedy is a smaller grid.
+    /// When a grid can't fit the device's bindings or memory, before anything is allocated where that can be known; the
+    /// remedy is a smaller grid.
     pub fn fit(&mut self, gpu: &Gpu, grids: &[Grid]) -> Result<Vec<bool>, GpuError> {
         self.counts.poll(gpu);
         let mut regions = self.regions.clone();
-        let anew = regions.fit(grids, self.counts.of(self.regions.generation));
+        let anew = regions.fit(grids, self.counts.of(self.regions.generation), buffer::largest(gpu));
         if regions.generation != self.regions.generation {
-            self.allocate(gpu, &regions)?;
+            self.allocate(gpu, grids, &regions)?;
         }
         self.regions = regions;
         self.grids = grids.to_vec();
@@ -143,22 +147,69 @@ impl Volume {
         Ok(anew)
     }
 
-    fn allocate(&mut self, gpu: &Gpu, regions: &Regions) -> Result<(), GpuError> {
-        let word_bytes = regions.word_count() * 4;
-        let keys = regions.largest_record_capacity() * SLOTS * 4;
-        let chunks = regions.largest_word_capacity().max(regions.largest_record_capacity()).div_ceil(CHUNK.into());
-        let occupancy = buffer::storage(gpu, "occupancy", word_bytes)?;
-        let ranks = buffer::storage(gpu, "ranks", word_bytes)?;
-        let interior = buffer::storage(gpu, "interior", word_bytes)?;
-        let records = buffer::storage(gpu, "records", regions.record_count() * size_of::<Record>() as u64)?;
-        let light_records = buffer::storage(gpu, "light_records", regions.record_count() * LIGHT_RECORD_BYTES)?;
-        if self.keys.size() < keys || self.keys.size() > 2 * keys {
-            self.keys = buffer::storage(gpu, "keys", keys)?;
+    fn allocate(&mut self, gpu: &Gpu, grids: &[Grid], regions: &Regions) -> Result<(), GpuError> {
+        let allowed = buffer::largest(gpu);
+        let sizes = regions.sizes();
+        if let Some((label, needed)) = sizes.named().into_iter().find(|(_, bytes)| *bytes > allowed) {
+            let cells: Vec<String> =
+                grids.iter().map(|g| format!("{}x{}x{}", g.cells.x, g.cells.y, g.cells.z)).collect();
+            let what = format!("`{label}` of grids of {} cells", cells.join(", "));
+            return Err(GpuError::Limit { what, needed, allowed, remedy: REMEDY });
         }
-        self.chunk_sums = buffer::storage(gpu, "chunk_sums", chunks * 4)?;
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let occupancy = buffer::storage(gpu, "occupancy", sizes.words)?;
+        let ranks = buffer::storage(gpu, "ranks", sizes.words)?;
+        let interior = buffer::storage(gpu, "interior", sizes.words)?;
+        let records = buffer::storage(gpu, "records", sizes.records)?;
+        let light_records = buffer::storage(gpu, "light_records", sizes.light_records)?;
+        let keep_keys = (sizes.keys..=2 * sizes.keys).contains(&self.keys.size());
+        let keys = if keep_keys { self.keys.clone() } else { buffer::storage(gpu, "keys", sizes.keys)? };
+        let chunk_sums = buffer::storage(gpu, "chunk_sums", sizes.chunk_sums)?;
+        if pollster::block_on(scope.pop()).is_some() {
+            let mib = sizes.named().iter().map(|(_, bytes)| bytes).sum::<u64>() >> 20;
+            let what = format!("the grids' {mib} MiB");
+            return Err(GpuError::Memory { what, remedy: REMEDY });
+        }
         (self.occupancy, self.ranks, self.interior) = (occupancy, ranks, interior);
         (self.records, self.light_records) = (records, light_records);
+        (self.keys, self.chunk_sums) = (keys, chunk_sums);
         Ok(())
+    }
+
+    /// Room for the words of one grid and, if `solid`, its interior, but for no ranks and no records: for marking alone,
+    /// which takes grids that no frame can. The next [`Volume::fit`] starts anew.
+    ///
+    /// # Errors
+    /// When the grid can't fit the device's bindings.
+    pub fn fit_words(&mut self, gpu: &Gpu, grid: &Grid, solid: bool) -> Result<(), GpuError> {
+        let bytes = u64::from(grid.word_count()) * 4;
+        let grow = |buffer: &mut wgpu::Buffer, label, bytes| {
+            if buffer.size() < bytes {
+                *buffer = buffer::storage(gpu, label, bytes)?;
+            }
+            Ok::<_, GpuError>(())
+        };
+        grow(&mut self.occupancy, "occupancy", bytes)?;
+        grow(&mut self.interior, "interior", if solid { bytes } else { 0 })?;
+        // A bit a column.
+        grow(&mut self.chunk_sums, "chunk_sums", (u64::from(grid.cells.x) * u64::from(grid.cells.y)).div_ceil(8))?;
+        self.regions.forget();
+        self.grids = vec![Grid { word_base: 0, record_capacity: 0, extra_capacity: 0, ..*grid }];
+        gpu.queue.write_buffer(&self.grid_data, 0, bytemuck::cast_slice(&self.grids));
+        Ok(())
+    }
+
+    /// Cells along the axes of the largest cube whose words, ranks and records the adapter's bindings hold, alone in a
+    /// frame.
+    #[must_use]
+    pub fn largest_cube(gpu: &Gpu) -> u32 {
+        let allowed = buffer::largest(gpu);
+        let fits = |cells: &u32| {
+            let mut regions = Regions::default();
+            regions.fit(&[Grid::world_aligned(glam::DVec3::ZERO, 1.0, glam::UVec3::splat(*cells))], &[], allowed);
+            regions.sizes().named().iter().all(|(_, bytes)| *bytes <= allowed)
+        };
+        CELLS.rev().step_by(16).find(fits).unwrap_or(0)
     }
 
     /// Clears a grid's occupancy words and counts.

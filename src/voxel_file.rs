@@ -24,6 +24,9 @@ use crate::voxel_list::ListedVoxel;
 use glam::{DVec3, UVec3, Vec3};
 use std::path::Path;
 
+/// The most cells along an axis of what is written from memory, attributes and all; `.npy` is written slab by slab.
+const MOST_CELLS: u32 = 512;
+
 /// A format of voxels on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VoxelFormat {
@@ -75,6 +78,9 @@ impl VoxelFormat {
                     "holds {most} cells along an axis, not {cells}; choose --grid {most} or less, or write .npz"
                 ))
             }
+            Self::Npz | Self::Vti | Self::Nrrd | Self::Ply if cells.max_element() > MOST_CELLS => unfit(format!(
+                "holds {MOST_CELLS} cells along an axis, not {cells}; choose --grid {MOST_CELLS} or less, or write .npy"
+            )),
             _ => Ok(*format),
         }
     }

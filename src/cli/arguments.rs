@@ -3,7 +3,7 @@
 use crate::gpu::AdapterChoice;
 use crate::headless;
 use crate::march::Channel;
-use crate::scene::description::{Conservative, Hit, Refraction};
+use crate::scene::description::{CELLS, Conservative, Hit, Refraction};
 use crate::scene::words::{Words, nearest};
 use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, UVec2, UVec3};
@@ -174,7 +174,7 @@ pub(super) struct Voxelize {
     /// The file to write: .npy (a u8 array [z][y][x]), .npz (all of it, to be shown again), .vti, .nrrd, .vox or .ply
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Cells along each axis: N for a cube, or XxYxZ; 1 to 512
+    /// Cells along each axis: N for a cube, or XxYxZ; 1 to 1024
     #[arg(long, value_name = "N|XxYxZ", value_parser = cells)]
     pub(super) grid: UVec3,
     /// Lower corner of cell (0, 0, 0), world; fitted to the model if left out
@@ -238,8 +238,8 @@ fn time(text: &str) -> Result<f64, String> {
 fn cells(text: &str) -> Result<UVec3, String> {
     let parts: Vec<&str> = text.split(['x', 'X']).collect();
     let count = |text: &str| match text.trim().parse::<u32>() {
-        Ok(count) if (1..=512).contains(&count) => Ok(count),
-        _ => Err(format!("`{text}` cells; write 1 to 512")),
+        Ok(count) if (1..=*CELLS.end()).contains(&count) => Ok(count),
+        _ => Err(format!("`{text}` cells; write 1 to {}", CELLS.end())),
     };
     match parts.as_slice() {
         [all] => Ok(UVec3::splat(count(all)?)),

@@ -9,6 +9,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::headless::{self, Still};
 use crate::march::Channel;
 use crate::scene::{World, file};
+use crate::volume::Volume;
 use glam::UVec2;
 use std::path::Path;
 use std::time::Instant;
@@ -72,13 +73,17 @@ fn examine(gpu: &Gpu, checks: &mut Checks<'_>) -> Result<(), Failure> {
     }
     let limits = gpu.device.limits();
     let mib = limits.max_storage_buffer_binding_size >> 20;
-    // 512³ takes 16 MiB of words a grid; its records follow the surface.
     let about = format!("{mib} MiB a binding, pictures up to {} pixels wide", limits.max_texture_dimension_2d);
     if mib >= 128 {
         checks.pass("limits", &about)?;
     } else {
         checks.fail("limits", &format!("{about}; grids of 512 cells need 128 MiB"))?;
     }
+    let (marked, rendered) = (headless::largest_cube(gpu), Volume::largest_cube(gpu));
+    let about = format!(
+        "marked alone {marked}x{marked}x{marked} cells, with records {rendered}x{rendered}x{rendered}, where memory allows"
+    );
+    checks.note("largest grids", &about)?;
     if !StageClock::is_supported(gpu) {
         checks.note("timestamps", "the adapter has none; stages are timed by waiting for them")?;
     } else if gpu.clock.is_true(gpu)? {

@@ -1,13 +1,17 @@
 //! `murrine voxelize`.
 
 use super::arguments::{Adapter, Voxelize};
-use super::{Failure, Outcome, Output, open_gpu, tell_warnings};
+use super::output::Progress;
+use super::{Failure, Outcome, Output, interrupt, open_gpu, tell_warnings};
+use crate::gpu::Gpu;
 use crate::grid::Grid;
-use crate::headless;
+use crate::headless::{self, VoxelSlabs};
+use crate::image;
 use crate::scene::description::Bounds;
 use crate::scene::{Scene, World, framing};
 use crate::voxel_file::{self, VoxelFormat};
 use glam::UVec3;
+use std::sync::atomic::Ordering;
 
 /// How much wider than the model a fitted grid is, so that no surface lies on its rim.
 const RIM: f64 = 1.0 + 1e-4;
@@ -21,11 +25,16 @@ pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Re
         _ => fitted(&scene, &world, options)?,
     };
     let gpu = open_gpu(adapter)?;
-    let (body, ms) = headless::voxel_body(&gpu, &scene, &world, options.time, grid, options.solid)?;
-    voxel_file::write(&options.output, format, &body)?;
+    let (marked, ms) = match format {
+        VoxelFormat::Npy => write_in_slabs(options, &gpu, &scene, &world, grid)?,
+        _ => {
+            let (body, ms) = headless::voxel_body(&gpu, &scene, &world, options.time, grid, options.solid)?;
+            voxel_file::write(&options.output, format, &body)?;
+            (body.marked.iter().map(|v| u64::from(*v)).sum(), ms)
+        }
+    };
 
-    let [nx, ny, nz] = body.cells.to_array();
-    let marked = body.marked.iter().filter(|v| **v != 0).count();
+    let [nx, ny, nz] = grid.cells.to_array();
     let triangles: usize = world.models.iter().map(|m| m.triangles.len()).sum();
     let origin = grid.world_from_grid.w_axis.truncate();
     out.line(format_args!("voxelizer  {}", scene.voxelizer.method))?;
@@ -34,8 +43,40 @@ pub(super) fn run(options: &Voxelize, adapter: &Adapter, out: &mut Output) -> Re
     out.line(format_args!("origin     {} {} {}", origin.x, origin.y, origin.z))?;
     out.line(format_args!("cell       {}", grid.cell_size))?;
     out.line(format_args!("{}   {marked}", if options.solid { "inside  " } else { "surface " }))?;
-    out.line(format_args!("ms         {:.3}", ms))?;
+    out.line(format_args!("ms         {ms:.3}"))?;
     Ok(Outcome::Good)
+}
+
+/// Writes the array slab by slab, so that neither the device nor the host holds all of it. Voxels, and milliseconds.
+fn write_in_slabs(
+    options: &Voxelize,
+    gpu: &Gpu,
+    scene: &Scene,
+    world: &World,
+    grid: Grid,
+) -> Result<(u64, f64), Failure> {
+    let [nx, ny, nz] = grid.cells.to_array().map(u64::from);
+    let mut slabs = VoxelSlabs::new(gpu, scene, world, options.time, grid, options.solid)?;
+    let (stopped, mut progress) = (interrupt::flag()?, Progress::new());
+    let slices = slabs.by_ref().flat_map(|slab| {
+        let (slices, error) = match slab {
+            Ok(slab) => {
+                progress.tell(format_args!("voxelized: {} of {nz} slices", slab.slab.slices.end));
+                (Some(slab.into_slices()), None)
+            }
+            Err(error) => (None, Some(Err(Failure::from(error)))),
+        };
+        slices.into_iter().flatten().map(Ok).chain(error)
+    });
+    let mut marked = 0;
+    let slices = slices.map(|slice: Result<Vec<u8>, Failure>| {
+        if stopped.load(Ordering::Relaxed) {
+            return Err(Failure::Other(format!("{}: stopped; nothing was left behind", options.output.display())));
+        }
+        slice.inspect(|slice| marked += slice.iter().map(|v| u64::from(*v)).sum::<u64>())
+    });
+    image::write_bytes(&options.output, &[nz, ny, nx], slices)?;
+    Ok((marked, slabs.ms()))
 }
 
 fn assignments(options: &Voxelize) -> Vec<String> {

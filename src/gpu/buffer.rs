@@ -15,13 +15,20 @@ pub fn storage(gpu: &Gpu, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuEr
     with_usage(gpu, label, bytes, STORAGE)
 }
 
+/// Bytes of the largest storage buffer that the adapter can bind whole.
+#[must_use]
+pub fn largest(gpu: &Gpu) -> u64 {
+    let limits = gpu.device.limits();
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
 /// A buffer of `bytes` bytes (at least 16, rounded up to 4) with the given usage.
 ///
 /// # Errors
 /// When the adapter's largest storage binding is smaller.
 pub fn with_usage(gpu: &Gpu, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, GpuError> {
     let size = bytes.max(16).next_multiple_of(4);
-    let allowed = gpu.device.limits().max_storage_buffer_binding_size.min(gpu.device.limits().max_buffer_size);
+    let allowed = largest(gpu);
     if size > allowed {
         return Err(GpuError::Limit {
             what: format!("buffer `{label}`"),

@@ -49,6 +49,14 @@ pub enum GpuError {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// The adapter has no room left.
+    #[error("{what} did not fit in the adapter's memory; {remedy}")]
+    Memory {
+        /// What was to be made.
+        what: String,
+        /// What the user can do.
+        remedy: &'static str,
+    },
     /// More of something than there are numbers for.
     #[error("{needed} {what}, at most {allowed} can be shown; {remedy}")]
     TooMany {

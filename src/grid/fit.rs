@@ -5,7 +5,7 @@
 //! the slopes x/z and y/z and the depth z are what is snapped.
 
 use super::Grid;
-use crate::scene::description::{Align, Bounds, Camera, Cells, GridSettings, Light, LightKind, Projection};
+use crate::scene::description::{Align, Bounds, CELLS, Camera, Cells, GridSettings, Light, LightKind, Projection};
 use glam::{BVec3, DMat3, DMat4, DVec2, DVec3, UVec3};
 
 /// Steps of cell size from one power of two to the next.
@@ -15,7 +15,7 @@ const STEPS_PER_OCTAVE: f64 = 8.0;
 const SPARE_CELLS: f64 = 3.0;
 
 /// Fewest and most cells along an axis.
-const CELLS_RANGE: (u32, u32) = (16, 512);
+const CELLS_RANGE: (u32, u32) = (*CELLS.start(), *CELLS.end());
 
 /// The shorter axes of a grid of cubes are rounded up to this many cells, so that a moving body seldom changes them.
 const CELLS_STEP: u32 = 8;

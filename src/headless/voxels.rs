@@ -12,21 +12,9 @@ use crate::volume::Volume;
 use crate::voxel_file::VoxelBody;
 use crate::voxel_list::VoxelList;
 use crate::voxelize::{self, Voxelizer};
-use glam::UVec3;
 
 /// Times a grid is resolved again until every record has room.
 const MAX_TRIES: u32 = 4;
-
-/// The voxels of a world-aligned grid.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Voxels {
-    /// Resolution.
-    pub cells: UVec3,
-    /// 1 where the voxel is marked, else 0; \[z\]\[y\]\[x\].
-    pub marked: Vec<u8>,
-    /// Milliseconds that marking (and filling) took, once everything was compiled.
-    pub ms: f64,
-}
 
 /// What marks one grid.
 struct Marking {
@@ -39,27 +27,8 @@ struct Marking {
     volume: Volume,
 }
 
-/// Marks the voxels of `grid` that the scene's surfaces meet at a time, or with `solid` those whose centre is inside.
-///
-/// # Errors
-/// When the device refuses a buffer, or is lost.
-pub fn voxels(
-    gpu: &Gpu,
-    scene: &Scene,
-    world: &World,
-    time_secs: f64,
-    grid: Grid,
-    solid: bool,
-) -> Result<Voxels, GpuError> {
-    let world = &world.at(scene, time_secs, None);
-    let mut marking = Marking::new(gpu, scene, world, time_secs, grid, solid)?;
-    let ms = marking.time(gpu)?;
-    let words = if solid { &marking.volume.interior } else { &marking.volume.occupancy };
-    let marked = unpack(&marking.words(gpu, words)?, &grid);
-    Ok(Voxels { cells: grid.cells, marked, ms })
-}
-
-/// As [`voxels`], with the surface's list, all materials and, with `solid`, the part that fills each cell.
+/// The voxels of `grid` that the scene's surfaces meet at a time, or with `solid` those whose centre is inside too: all
+/// that a file can hold of them. For the marks alone there is [`VoxelSlabs`](super::VoxelSlabs).
 ///
 /// # Errors
 /// When the device refuses a buffer, or is lost.
@@ -75,7 +44,7 @@ pub fn voxel_body(
     let mut marking = Marking::new(gpu, scene, world, time_secs, grid, solid)?;
     let ms = marking.time(gpu)?;
     let words = if solid { &marking.volume.interior } else { &marking.volume.occupancy };
-    let marked = unpack(&marking.words(gpu, words)?, &grid);
+    let marked = grid.cell_bytes(&marking.words(gpu, words)?);
     let materials = world.materials(scene);
     let interior = if solid { Some(marking.parts_inside(gpu, &materials)?) } else { None };
     let voxels = marking.list(gpu)?;
@@ -173,7 +142,7 @@ impl Marking {
             self.volume.clear(&mut rec, 0);
             self.fill.record(&mut rec, &self.volume, 0, &alone, true);
             rec.finish()?;
-            let filled = unpack(&self.words(gpu, &self.volume.interior)?, grid);
+            let filled = grid.cell_bytes(&self.words(gpu, &self.volume.interior)?);
             inside.iter_mut().zip(filled).filter(|(_, filled)| *filled == 1).for_each(|(cell, _)| *cell = label);
         }
         Ok(inside)
@@ -183,9 +152,4 @@ impl Marking {
         let grid = &self.volume.grids[0];
         buffer::read(gpu, of, u64::from(grid.word_base), grid.word_count() as usize)
     }
-}
-
-/// Words to one byte a voxel, \[z\]\[y\]\[x\].
-fn unpack(words: &[u32], grid: &Grid) -> Vec<u8> {
-    grid.cell_bytes(words)
 }

@@ -77,6 +77,9 @@ pub enum Projection {
     Perspective,
 }
 
+/// Cells that a grid may have along an axis: a cell's place is packed in ten bits each.
+pub const CELLS: std::ops::RangeInclusive<u32> = 16..=1024;
+
 /// Resolution of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cells {
@@ -89,7 +92,7 @@ pub enum Cells {
 /// A voxel camera's settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridSettings {
-    /// Resolution, 16 to 512 in each axis.
+    /// Resolution, [`CELLS`] in each axis.
     pub cells: Cells,
     /// Alignment.
     pub align: Align,

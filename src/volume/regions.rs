@@ -1,6 +1,6 @@
 //! Which words and records of the shared buffers belong to which grid.
 
-use super::{GridCounters, LIGHT_RECORD_BYTES, Record};
+use super::{CHUNK, GridCounters, LIGHT_RECORD_BYTES, Record, SLOTS};
 use crate::grid::Grid;
 use glam::UVec3;
 
@@ -28,6 +28,32 @@ pub(super) struct Region {
     pub(super) extra_base: u32,
     /// Records of further sheets.
     pub(super) extra_capacity: u32,
+}
+
+/// Bytes of the buffers that hold all regions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    /// Of `occupancy`, of `ranks` and of `interior`.
+    pub(super) words: u64,
+    pub(super) records: u64,
+    pub(super) keys: u64,
+    pub(super) chunk_sums: u64,
+    pub(super) light_records: u64,
+}
+
+impl Sizes {
+    /// Each buffer and its size.
+    pub(super) fn named(&self) -> [(&'static str, u64); 7] {
+        [
+            ("occupancy", self.words),
+            ("ranks", self.words),
+            ("interior", self.words),
+            ("records", self.records),
+            ("keys", self.keys),
+            ("chunk_sums", self.chunk_sums),
+            ("light_records", self.light_records),
+        ]
+    }
 }
 
 /// All grids' regions.
@@ -62,11 +88,12 @@ impl Region {
 
 impl Regions {
     /// Keeps the layout while it has room for `grids` and for what was counted in them, else makes another. Returns
-    /// for each grid whether its region is new.
-    pub(super) fn fit(&mut self, grids: &[Grid], counts: &[GridCounters]) -> Vec<bool> {
+    /// for each grid whether its region is new. No estimate passes what fits in `binding_bytes`.
+    pub(super) fn fit(&mut self, grids: &[Grid], counts: &[GridCounters], binding_bytes: u64) -> Vec<bool> {
         let counted = |i: usize| counts.get(i).filter(|_| counts.len() >= grids.len());
         let whole = |i: usize| counted(i).map(|c| self.of_grids.get(i).map_or(*c, |have| have.whole(c)));
-        let needs: Vec<Region> = grids.iter().enumerate().map(|(i, grid)| need(grid, whole(i))).collect();
+        let needs: Vec<Region> =
+            grids.iter().enumerate().map(|(i, grid)| need(grid, whole(i), binding_bytes)).collect();
         let same_number = self.of_grids.len() == needs.len();
         let holds = same_number
             && self.of_grids.iter().zip(&needs).enumerate().all(|(i, (have, need))| {
@@ -101,34 +128,40 @@ impl Regions {
         vec![true; grids.len()]
     }
 
-    /// Words of all regions.
-    pub(super) fn word_count(&self) -> u64 {
-        self.of_grids.iter().map(|r| u64::from(r.word_capacity)).sum()
+    /// No layout: the next fit makes another.
+    pub(super) fn forget(&mut self) {
+        self.of_grids.clear();
     }
 
-    /// Records of all regions.
-    pub(super) fn record_count(&self) -> u64 {
-        self.of_grids.iter().map(|r| u64::from(r.record_capacity) + u64::from(r.extra_capacity)).sum()
-    }
-
-    /// Records of the voxels of the largest region.
-    pub(super) fn largest_record_capacity(&self) -> u64 {
-        self.of_grids.iter().map(|r| u64::from(r.record_capacity)).max().unwrap_or(0)
-    }
-
-    /// Words of the largest region.
-    pub(super) fn largest_word_capacity(&self) -> u64 {
-        self.of_grids.iter().map(|r| u64::from(r.word_capacity)).max().unwrap_or(0)
+    /// Bytes that all regions take.
+    pub(super) fn sizes(&self) -> Sizes {
+        let sum = |of: fn(&Region) -> u64| self.of_grids.iter().map(of).sum::<u64>();
+        let most = |of: fn(&Region) -> u64| self.of_grids.iter().map(of).max().unwrap_or(0);
+        let records = sum(|r| u64::from(r.record_capacity) + u64::from(r.extra_capacity));
+        let most_records = most(|r| r.record_capacity.into());
+        Sizes {
+            words: sum(|r| r.word_capacity.into()) * 4,
+            records: records * size_of::<Record>() as u64,
+            keys: most_records * KEY_BYTES,
+            chunk_sums: most(|r| r.word_capacity.into()).max(most_records).div_ceil(CHUNK.into()) * 4,
+            light_records: records * LIGHT_RECORD_BYTES,
+        }
     }
 }
 
+/// Bytes of the keys of a voxel that has a record.
+const KEY_BYTES: u64 = SLOTS * 4;
+
 /// Room that a grid needs, with some to spare; bases are not set.
-fn need(grid: &Grid, counted: Option<GridCounters>) -> Region {
+fn need(grid: &Grid, counted: Option<GridCounters>, binding_bytes: u64) -> Region {
     let UVec3 { x, y, z } = grid.cells;
     let all_cells = u64::from(x) * u64::from(y) * u64::from(z);
     // A ball touches 1.5 times its area in cells, three quarters of its box's area.
     let estimate = 2 * (u64::from(x) * u64::from(y) + u64::from(y) * u64::from(z) + u64::from(z) * u64::from(x));
-    let records = counted.map_or(estimate, |c| u64::from(c.occupied) + u64::from(c.occupied) / 4).min(all_cells);
+    // What is counted is truly needed, an estimate may be too high: no grid is refused for one.
+    let most = (binding_bytes / KEY_BYTES).saturating_sub(BLOCK.into());
+    let records =
+        counted.map_or(estimate.min(most), |c| u64::from(c.occupied) + u64::from(c.occupied) / 4).min(all_cells);
     let extras = counted.map_or(estimate / 4, |c| u64::from(c.extras) + u64::from(c.extras) / 4);
     Region {
         word_capacity: blocks(u64::from(grid.word_count())),

@@ -104,7 +104,8 @@ fn what_cannot_be_done_is_told_once_and_exits_with_2() {
         (&["render", &scene, "-o", &out, "--size", "big"], "write WIDTHxHEIGHT"),
         (&["render", &scene, "-o", &out, "--time", "nan"], "write seconds"),
         (&["render", &scene, "-o", &out, "--time", "-1"], "write seconds"),
-        (&["render", &scene, "-o", &out, "--grid", "0"], "`cells` is 0; give a whole number from 16 to 512"),
+        (&["render", &scene, "-o", &out, "--grid", "0"], "`cells` is 0; give a whole number from 16 to 1024"),
+        (&["render", &scene, "-o", &out, "--grid", "1025"], "`cells` is 1025"),
         (&["render", &scene, "-o", &out, "--grid", "1000000"], "`cells` is 1000000"),
         (&["render", &scene, "-o", &out, "--grid", "16x16"], "write a whole number or three of them"),
         (&["render", &scene, "-o", &out, "--voxelizer", "triangle-paralel"], "did you mean `triangle-parallel`?"),
@@ -117,7 +118,10 @@ fn what_cannot_be_done_is_told_once_and_exits_with_2() {
         (&["voxelize", &scene, "-o", &out, "--grid", "16"], "unknown ending; write one of .npy, .npz, .vti"),
         (&["voxelize", &scene, "-o", "a.ply", "--grid", "16", "--solid"], "holds points of the surface, no interior"),
         (&["voxelize", &scene, "-o", "a.vox", "--grid", "512"], "holds 256 cells along an axis"),
-        (&["voxelize", &scene, "-o", "a.npy", "--grid", "4096"], "write 1 to 512"),
+        (&["voxelize", &scene, "-o", "a.npz", "--grid", "513"], "holds 512 cells along an axis"),
+        (&["voxelize", &scene, "-o", "a.npy", "--grid", "0"], "write 1 to 1024"),
+        (&["voxelize", &scene, "-o", "a.npy", "--grid", "1025"], "write 1 to 1024"),
+        (&["voxelize", &scene, "-o", "a.npy", "--grid", "1000000"], "write 1 to 1024"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "16", "--origin", "0,0,0"], "--cell"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "16", "--origin", "0,0", "--cell", "1"], "three numbers"),
         (&["voxelize", &scene, "-o", "a.npy", "--grid", "16", "--origin", "0,0,0", "--cell", "0"], "a length above 0"),
@@ -240,6 +244,27 @@ fn a_voxelized_box_has_the_cells_that_its_surface_and_its_inside_meet() {
     assert_eq!((at(7, 7, 7), at(27, 17, 12), at(8, 8, 8), at(28, 17, 12)), (1, 1, 0, 0));
 }
 
+/// Ctrl+C as a terminal sends it.
+#[cfg(unix)]
+#[test]
+fn what_is_interrupted_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small_scene(folder.path());
+    let out = folder.path().join("v.npy");
+    let arguments = ["voxelize", scene.to_str().unwrap(), "-o", out.to_str().unwrap(), "--grid", "512"];
+    let mut running = murrine(&arguments).args(["--adapter", "software"]).stderr(Stdio::piped()).spawn().unwrap();
+    // The file grows beside its place for a good while.
+    while !names_in(folder.path()).iter().any(|name| name.ends_with(".part")) {
+        assert!(running.try_wait().unwrap().is_none(), "it ended without a file");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(Command::new("kill").args(["-INT", &running.id().to_string()]).status().unwrap().success());
+    let output = running.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("v.npy: stopped; nothing was left behind"), "{}", stderr(&output));
+    assert_eq!(names_in(folder.path()), ["small.toml"]);
+}
+
 #[test]
 fn lists_come_from_the_lists() {
     let told = stdout(&run(&["list"]));
@@ -258,7 +283,7 @@ fn the_doctor_names_adapter_driver_and_what_works() {
     let output = run(&["doctor", "--adapter", "software"]);
     let told = stdout(&output);
     assert_eq!(output.status.code(), Some(0), "{told}");
-    for part in ["adapter ", "driver ", "ok         limits", "ok         rendering", "window"] {
+    for part in ["adapter ", "driver ", "ok         limits", "largest grids", "ok         rendering", "window"] {
         assert!(told.contains(part), "no `{part}` in:\n{told}");
     }
     let absent = run(&["doctor", "--adapter", "no such adapter"]);

@@ -87,7 +87,7 @@ fn depth_in_cells(grid: &Grid, p_world: DVec3) -> f64 {
 #[test]
 fn everything_in_the_bounds_lands_inside_with_a_cell_to_spare() {
     let resolutions =
-        [Cells::Longest(16), Cells::Longest(100), Cells::Longest(512), Cells::Each(UVec3::new(33, 190, 71))];
+        [Cells::Longest(16), Cells::Longest(100), Cells::Longest(1024), Cells::Each(UVec3::new(33, 190, 71))];
     for cells in resolutions {
         for center in [DVec3::ZERO, DVec3::new(-0.3, 0.17, 0.4)] {
             let grids = every_kind(center, cells);
@@ -282,7 +282,7 @@ fn odd_bounds_give_a_grid_that_does_no_harm() {
     for grid in grids {
         assert!(grid.grid_from_world.is_finite() && grid.world_from_grid.is_finite(), "{grid:?}");
         assert!(grid.cell_size > 0.0 && grid.cell_size.is_finite() && grid.far > grid.near, "{grid:?}");
-        assert!(grid.cells.min_element() >= 16 && grid.cells.max_element() <= 512, "{grid:?}");
+        assert!(grid.cells.min_element() >= 16 && grid.cells.max_element() <= 1024, "{grid:?}");
     }
 }
 

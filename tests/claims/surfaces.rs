@@ -161,8 +161,9 @@ fn no_water_leaks_into_five_closed_surfaces_at_three_grids() {
     for cells in [24, 37, 64] {
         let side = 2.0 / f64::from(cells);
         let grid = Grid::world_aligned(DVec3::NEG_ONE, side, UVec3::new(5 * cells, cells, cells));
-        let voxels = headless::voxels(gpu(), &scene, &world, 0.0, grid, false).unwrap();
-        let marked = |[x, y, z]: [u32; 3]| voxels.marked[((z * cells + y) * 5 * cells + x) as usize] != 0;
+        let slabs = headless::VoxelSlabs::new(gpu(), &scene, &world, 0.0, grid, false).unwrap();
+        let voxels: Vec<u8> = slabs.flat_map(|slab| slab.unwrap().into_slices().flatten()).collect();
+        let marked = |[x, y, z]: [u32; 3]| voxels[((z * cells + y) * 5 * cells + x) as usize] != 0;
         // Number of its surface, and the expression at a cell's centre.
         let value = |c: [u32; 3]| {
             let i = c[0] / cells;

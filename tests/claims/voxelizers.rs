@@ -5,13 +5,14 @@ mod effects;
 mod ramp;
 mod rasterized;
 mod shapes;
+mod slabs;
 mod truth;
 
 use crate::gpu;
 use crate::support::left_out;
 use glam::{DMat3, DMat4, DVec3, UVec3, Vec3};
 use murrine::animate::{Triangles, Vertex};
-use murrine::gpu::{GpuError, Recorder, Timing, buffer};
+use murrine::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
     Align, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability, Shape,
@@ -35,6 +36,10 @@ fn vertex(position: Vec3) -> Vertex {
 
 /// Triangles in world space, as `animate` would leave them.
 fn upload(triangles: &[Triangle]) -> Triangles {
+    upload_to(gpu(), triangles)
+}
+
+fn upload_to(gpu: &Gpu, triangles: &[Triangle]) -> Triangles {
     let vertices: Vec<Vertex> = triangles
         .iter()
         .flatten()
@@ -43,7 +48,7 @@ fn upload(triangles: &[Triangle]) -> Triangles {
     let count = u32::try_from(triangles.len()).unwrap();
     let indices: Vec<[u32; 3]> = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     let material: PartMaterial = bytemuck::Zeroable::zeroed();
-    Triangles::still(gpu(), &vertices, &indices, &[material]).unwrap()
+    Triangles::still(gpu, &vertices, &indices, &[material]).unwrap()
 }
 
 thread_local! {
@@ -279,26 +284,32 @@ fn the_truth_as_a_method_is_the_truth() {
     }
 }
 
+/// A scanned model within −1 … 1, if it is there.
+fn scanned(file: &str) -> Option<Vec<Triangle>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/static").join(file);
+    if !path.exists() {
+        left_out(file, &format!("{} is not there", path.display()));
+        return None;
+    }
+    let geometry = gltf::read(&path).unwrap().geometry;
+    let mut bounds = Bounds::EMPTY;
+    geometry.vertices.iter().for_each(|v| bounds.add(v.position.as_dvec3()));
+    let scale = 1.7 / (bounds.max - bounds.min).length();
+    let at = |i: u32| ((geometry.vertices[i as usize].position.as_dvec3() - bounds.center()) * scale).as_vec3();
+    let triangles: Vec<Triangle> = geometry.triangles.iter().map(|t| t.map(at)).collect();
+    assert!(triangles.len() > 60_000);
+    Some(triangles)
+}
+
 /// The scanned models, where they are; `shapes` holds the same of our own models always.
 #[test]
 fn exact_methods_equal_the_truth_on_scanned_bodies() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/static");
     for (file, cells) in
         [("bunny_69666_closed.glb", UVec3::splat(128)), ("dragon_100000.glb", UVec3::new(100, 37, 211))]
     {
-        let path = folder.join(file);
-        if !path.exists() {
-            left_out(file, &format!("{} is not there", path.display()));
-            continue;
+        if let Some(triangles) = scanned(file) {
+            assert_all_exact(file, turned(cells), &triangles);
         }
-        let geometry = gltf::read(&path).unwrap().geometry;
-        let mut bounds = Bounds::EMPTY;
-        geometry.vertices.iter().for_each(|v| bounds.add(v.position.as_dvec3()));
-        let scale = 1.7 / (bounds.max - bounds.min).length();
-        let at = |i: u32| ((geometry.vertices[i as usize].position.as_dvec3() - bounds.center()) * scale).as_vec3();
-        let triangles: Vec<Triangle> = geometry.triangles.iter().map(|t| t.map(at)).collect();
-        assert!(triangles.len() > 60_000);
-        assert_all_exact(file, turned(cells), &triangles);
     }
 }
 

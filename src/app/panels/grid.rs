@@ -2,12 +2,9 @@
 
 use super::Stage;
 use super::rows::{choice, plain, quiet, row};
-use crate::scene::description::{Align, Cells, GridSettings};
+use crate::scene::description::{Align, CELLS, Cells, GridSettings};
 use egui::{DragValue, RichText, Ui};
 use glam::UVec3;
-
-/// Resolutions that the program accepts.
-const CELLS: std::ops::RangeInclusive<u32> = 16..=512;
 
 /// Both grids' settings.
 pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {

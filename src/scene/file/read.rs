@@ -3,8 +3,9 @@
 use super::paths;
 use super::section::{FARTHEST, OneOrThree, Section, Text, unavailable, unknown};
 use crate::scene::description::{
-    ANGULAR_RADIUS_DEG, Align, Background, Camera, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind,
-    MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Scene, Separability, Shape, Source, VoxelizerSettings,
+    ANGULAR_RADIUS_DEG, Align, Background, CELLS, Camera, Cells, Deformer, EffectSettings, GridSettings, Light,
+    LightKind, MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Scene, Separability, Shape, Source,
+    VoxelizerSettings,
 };
 use crate::scene::implicit::Implicit;
 use crate::scene::parametric::Parametric;
@@ -93,7 +94,7 @@ fn camera(mut from: Section<'_>) -> Result<(Camera, bool), SceneError> {
 }
 
 fn cells(from: &mut Section<'_>) -> Result<Cells, SceneError> {
-    Ok(match from.one_or_three("cells", 16..=512)? {
+    Ok(match from.one_or_three("cells", CELLS)? {
         Some(OneOrThree::One(longest)) => Cells::Longest(longest),
         Some(OneOrThree::Three(each)) => Cells::Each(UVec3::from_array(each)),
         None => GridSettings::default().cells,
