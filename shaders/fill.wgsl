@@ -2,6 +2,7 @@
 #include "lib/one_grid.inc.wgsl"
 #include "lib/volume.inc.wgsl"
 #include "lib/large.inc.wgsl"
+#include "lib/prefix_xor.inc.wgsl"
 // The interior of one grid by parity: a line runs through the centres of each column's cells; every crossing of it
 // toggles the first centre beyond, and a prefix XOR down the column makes solid runs of the toggles.
 //
@@ -168,13 +169,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) work
     let slices = grids[g].cells.z;
     var inside = 0u;
     for (var w = 0u; w < grids[g].words_per_column; w++) {
-        var bits = atomicLoad(&interior[first + w]);
-        bits ^= bits << 1u;
-        bits ^= bits << 2u;
-        bits ^= bits << 4u;
-        bits ^= bits << 8u;
-        bits ^= bits << 16u;
-        bits ^= inside;
+        let bits = prefix_xor(atomicLoad(&interior[first + w])) ^ inside;
         inside = select(0u, 0xffffffffu, (bits & 0x80000000u) != 0u);
         let valid = min(slices - 32u * w, 32u);
         atomicStore(&interior[first + w], bits & (0xffffffffu >> (32u - valid)));

@@ -18,7 +18,7 @@ use crate::stale::{self, Inputs, Stale};
 use crate::surroundings::{SurroundingsBuffers, surroundings};
 use crate::volume::Volume;
 use crate::voxel_cameras::VoxelCameras;
-use crate::voxelize::{self, Method, Voxelizer};
+use crate::voxelize::{self, Method, Sheets, Voxelizer};
 use glam::UVec2;
 use std::ops::Range;
 
@@ -279,6 +279,12 @@ impl Frame {
     #[must_use]
     pub fn volume(&self) -> &Volume {
         &self.volume
+    }
+
+    /// The sheet buffers of the view's grid, of a method that has them.
+    #[must_use]
+    pub fn sheets(&self) -> Option<&Sheets> {
+        self.voxelizer.as_ref().and_then(|(_, voxelizer)| voxelizer.sheets())
     }
 
     /// What the last frame could not do as the scene asked, in words.

@@ -31,6 +31,7 @@ pub mod image;
 pub mod voxel_file;
 
 pub mod headless;
+pub mod sheets;
 pub mod golden;
 pub mod bench;
 

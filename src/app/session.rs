@@ -56,6 +56,11 @@ impl Session {
     /// Takes in what a job brought. A failure keeps the last good state and tells.
     pub fn receive(&mut self, answer: Answer) {
         let Answer { reason, path, result, .. } = answer;
+        let result = result.and_then(|loaded| match (reason, loaded.world.picture_lost_since(&self.world)) {
+            // A picture that is being written, say: what is shown stays.
+            (Reason::Changed | Reason::Reload, Some(lost)) => Err(lost.clone()),
+            _ => Ok(loaded),
+        });
         match result {
             Err(error) => self.notices.tell(Topic::Scene, Severity::Error, error.to_string()),
             Ok(loaded) => {

@@ -3,7 +3,7 @@
 use super::arguments::{List, choose};
 use super::{Failure, Outcome, Output};
 use crate::march::Channel;
-use crate::scene::description::{Align, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
+use crate::scene::description::{Align, Blending, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
 use crate::scene::file;
 use crate::scene::words::Words;
 use crate::voxelize::{METHODS, Promise};
@@ -46,6 +46,7 @@ fn lists() -> Vec<Lines> {
         words::<Shadow>("shadow"),
         words::<Conservative>("conservative"),
         words::<ColumnLoop>("column loop"),
+        words::<Blending>("three-axis blending"),
         words::<Fill>("fill"),
         words::<Align>("align"),
         words::<Projection>("projection"),

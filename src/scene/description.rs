@@ -143,6 +143,17 @@ pub enum ColumnLoop {
     TwoEnded,
 }
 
+/// How `three-axis` puts a bit into a sheet buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Blending {
+    /// Bits are united: no voxel is lost.
+    #[default]
+    Or,
+    /// Bits are added within 8-bit components, as published (DO §4.2): where two triangles meet in a voxel, its bit
+    /// carries into the next.
+    Additive,
+}
+
 /// How the interior is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fill {
@@ -171,6 +182,8 @@ pub struct VoxelizerSettings {
     pub slice_overlap: f32,
     /// The loop over a column's cells; `exact-columns` only.
     pub column_loop: ColumnLoop,
+    /// How sheet buffers take bits; `three-axis` only.
+    pub three_axis_blending: Blending,
     /// Triangles of more projected cells² than this go to fragments, `None` for what suits the device; `hybrid` only.
     pub cutoff_cells2: Option<f32>,
     /// How the interior is made.
@@ -186,6 +199,7 @@ impl Default for VoxelizerSettings {
             conservative_depth: false,
             slice_overlap: 0.0,
             column_loop: ColumnLoop::Whole,
+            three_axis_blending: Blending::Or,
             cutoff_cells2: None,
             fill: Fill::Lazy,
         }

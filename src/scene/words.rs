@@ -1,6 +1,6 @@
 //! The words that scene files, menus and the command line share: one for each variant of a choice.
 
-use super::description::{Align, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
+use super::description::{Align, Blending, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
 
 /// A choice whose variants have one word each.
 pub trait Words: Copy + PartialEq + 'static {
@@ -54,6 +54,17 @@ impl Words for ColumnLoop {
     const WORDS: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Whole, "whole", "every cell of a triangle's depth range (TR ch. 2)"),
         (Self::TwoEnded, "two-ended", "from the range's middle outwards, until the run of cells is passed (TR ch. 5)"),
+    ];
+}
+
+impl Words for Blending {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Or, "or", "bits are united: no voxel is lost"),
+        (
+            Self::Additive,
+            "additive",
+            "as published: where triangles meet in a voxel, its bit carries into the next (DO §4.2)",
+        ),
     ];
 }
 

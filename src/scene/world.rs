@@ -49,6 +49,14 @@ pub struct Origin {
     pub files: Vec<FileStamp>,
     /// What was odd.
     pub warnings: Vec<Warning>,
+    /// Those of the warnings that tell of a picture that can't be read.
+    pub lost_pictures: Vec<Warning>,
+}
+
+impl Origin {
+    fn of(source: &Source) -> Self {
+        Self { source: source.clone(), files: Vec::new(), warnings: Vec::new(), lost_pictures: Vec::new() }
+    }
 }
 
 /// A file as it was when it was read.
@@ -161,7 +169,7 @@ impl World {
     pub fn from_geometry(scene: &Scene, models: Vec<Arc<Geometry>>) -> Self {
         let mut world = Self::default();
         for (model, geometry) in scene.models.iter().zip(models) {
-            let origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
+            let origin = Origin::of(&model.source);
             world.add(&model.name, geometry, origin);
         }
         world
@@ -176,6 +184,19 @@ impl World {
         let unchanged = |o: &Origin| o.source == *source && same(o) && o.files.iter().all(FileStamp::holds);
         let i = self.origins.iter().position(unchanged)?;
         Some((Arc::clone(&self.models[i]), self.origins[i].clone()))
+    }
+
+    /// A picture that can't be read, of a model that had it in `before`.
+    #[must_use]
+    pub fn picture_lost_since(&self, before: &World) -> Option<&Warning> {
+        let same = |a: &Origin, b: &Origin| {
+            let [a, b] = [a, b].map(|o| o.files.first().map(|f| &f.path));
+            a.is_some() && a == b
+        };
+        self.origins.iter().find_map(|origin| {
+            let known = before.origins.iter().find(|o| same(o, origin))?;
+            origin.lost_pictures.iter().find(|w| !known.lost_pictures.contains(w))
+        })
     }
 
     fn add(&mut self, name: &str, geometry: Arc<Geometry>, origin: Origin) {
@@ -253,7 +274,7 @@ fn made(surface: &Arc<Surface>, time_secs: f64) -> Geometry {
 
 /// Makes a model's geometry from its source.
 fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneError> {
-    let mut origin = Origin { source: model.source.clone(), files: Vec::new(), warnings: Vec::new() };
+    let mut origin = Origin::of(&model.source);
     let geometry = match &model.source {
         Source::Shape(shape) => shapes::shape(shape),
         Source::Surface(surface) => {
@@ -270,6 +291,7 @@ fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneEr
             let loaded = if voxels::is_saved(file) { voxels::read(&path)? } else { gltf::read(&path)? };
             origin.files.extend(loaded.files.into_iter().filter_map(FileStamp::now));
             origin.warnings = loaded.warnings;
+            origin.lost_pictures = loaded.lost_pictures;
             loaded.geometry
         }
     };

@@ -10,15 +10,18 @@ mod exact_columns;
 mod fragment_parallel;
 mod hybrid;
 mod raster;
+mod scan_fill;
 mod separating_axes;
 mod slice_amplified;
 mod slicemap;
 mod slicemap_solid;
 mod slices;
+mod three_axis;
 mod triangle_parallel;
 mod variant;
 
 pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
+pub use three_axis::Sheets;
 
 use crate::animate::Triangles;
 use crate::gpu::{Gpu, GpuError, Recorder};
@@ -64,6 +67,11 @@ pub trait Voxelizer: std::fmt::Debug + Send {
     /// # Errors
     /// When the device refuses a buffer or is lost.
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError>;
+
+    /// The sheet buffers of grid 0 as last marked, of a method that has them.
+    fn sheets(&self) -> Option<&Sheets> {
+        None
+    }
 }
 
 /// What a voxelizer works on.
@@ -116,6 +124,7 @@ pub const METHODS: &[Method] = &[
     slices::METHOD,
     slicemap::METHOD,
     slicemap_solid::METHOD,
+    three_axis::METHOD,
     cpu_exact::METHOD,
 ];
 

@@ -2,7 +2,7 @@
 
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
-    Align, Background, Cells, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind,
+    Align, Background, Blending, Cells, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind,
     MaterialOverride, Model, Projection, Refraction, Scene, Separability, Shadow, Shape, Source,
 };
 use murrine::scene::file;
@@ -150,6 +150,7 @@ fn unusual() -> Scene {
     scene.voxelizer.slice_overlap = 0.125;
     scene.voxelizer.cutoff_cells2 = Some(7.1);
     scene.voxelizer.column_loop = ColumnLoop::TwoEnded;
+    scene.voxelizer.three_axis_blending = Blending::Additive;
     scene.effect.refraction = Refraction::TwoSurface;
     scene.effect.hit = Hit::Voxel;
     scene.effect.shadow = Shadow::Linear;

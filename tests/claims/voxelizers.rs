@@ -6,6 +6,7 @@ mod ramp;
 mod rasterized;
 mod shapes;
 mod slabs;
+mod three_axis;
 mod truth;
 
 use crate::gpu;
@@ -15,8 +16,8 @@ use murrine::animate::{Triangles, Vertex};
 use murrine::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
-    Align, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability, Shape,
-    VoxelizerSettings,
+    Align, Blending, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability,
+    Shape, VoxelizerSettings,
 };
 use murrine::scene::gltf;
 use murrine::scene::material::{PartMaterial, flags};
@@ -126,6 +127,17 @@ fn exact_ways(separability: Separability) -> Vec<(String, VoxelizerSettings)> {
             ways.push((name, VoxelizerSettings { method, separability, cutoff_cells2, ..Default::default() }));
         }
     }
+    ways
+}
+
+/// Those, and the methods that look along several axes.
+fn all_ways() -> Vec<(String, VoxelizerSettings)> {
+    let three_axis = |three_axis_blending: Blending| {
+        let settings = VoxelizerSettings { three_axis_blending, ..settings_of("three-axis") };
+        (format!("three-axis, {three_axis_blending:?}"), settings)
+    };
+    let mut ways = exact_ways(Separability::TwentySix);
+    ways.extend([Blending::Or, Blending::Additive].map(three_axis));
     ways
 }
 
@@ -396,7 +408,7 @@ fn parts_without_the_grids_flags_are_not_voxelized() {
     let triangles = Triangles::still(gpu(), &vertices, &[[0, 1, 2], [3, 4, 5]], &materials).unwrap();
     let mut grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(32));
     let slices = |words: &[u32]| words.iter().fold(0, |all, w| all | w);
-    for (name, settings) in exact_ways(Separability::TwentySix) {
+    for (name, settings) in all_ways() {
         grid.required_flags = 0;
         assert_eq!(slices(&words(grid, &triangles, &settings)), 1 << 3 | 1 << 20, "{name}");
         grid.required_flags = flags::OPAQUE;
@@ -409,7 +421,7 @@ fn vertices_that_are_no_numbers_mark_nothing() {
     let corner = Vec3::splat(3.5);
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(|x| [corner, corner + Vec3::X, Vec3::new(x, 4.0, 4.0)]);
     let grid = Grid::world_aligned(DVec3::ZERO, 1.0, UVec3::splat(32));
-    for (name, settings) in exact_ways(Separability::TwentySix) {
+    for (name, settings) in all_ways() {
         assert_eq!(count(&words(grid, &upload(&odd), &settings)), 0, "{name}");
     }
 }
@@ -418,7 +430,7 @@ fn vertices_that_are_no_numbers_mark_nothing() {
 fn a_grid_marks_its_own_region_alone() {
     let mut grid = Grid::world_aligned(DVec3::splat(-1.0), 2.0 / 32.0, UVec3::splat(32));
     let triangles = upload(&sphere());
-    for (name, settings) in exact_ways(Separability::TwentySix) {
+    for (name, settings) in all_ways() {
         grid.word_base = 0;
         let alone = words(grid, &triangles, &settings);
         grid.word_base = 100;

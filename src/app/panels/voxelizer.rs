@@ -43,6 +43,10 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
         "exact-columns" => {
             choice(ui, "Loop", "how a column's cells are walked", &mut settings.column_loop);
         }
+        "three-axis" => {
+            let hint = "how sheet buffers take bits";
+            choice(ui, "Blending", hint, &mut settings.three_axis_blending);
+        }
         "hybrid" => {
             let hint = "triangles that cover more voxels² than this go to fragments";
             row(ui, "Cut-off", hint, |ui| {

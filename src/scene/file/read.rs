@@ -155,6 +155,7 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
         conservative_depth: from.flag("conservative_depth")?.unwrap_or_default(),
         slice_overlap: from.number("slice_overlap", 0.0..=1.0)?.unwrap_or(default.slice_overlap),
         column_loop: from.word("column_loop")?.unwrap_or_default(),
+        three_axis_blending: from.word("three_axis_blending")?.unwrap_or_default(),
         cutoff_cells2,
         fill: from.word("fill")?.unwrap_or_default(),
     };

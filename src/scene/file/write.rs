@@ -115,6 +115,7 @@ fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
         .with("conservative_depth", voxelizer.conservative_depth)
         .with("slice_overlap", number(voxelizer.slice_overlap))
         .with("column_loop", voxelizer.column_loop.word())
+        .with("three_axis_blending", voxelizer.three_axis_blending.word())
         .with("cutoff_cells2", voxelizer.cutoff_cells2.map_or_else(|| Value::from("auto"), number))
         .with("fill", voxelizer.fill.word())
         .0

@@ -39,6 +39,8 @@ pub struct Loaded {
     pub geometry: Geometry,
     /// What was odd.
     pub warnings: Vec<Warning>,
+    /// Those of the warnings that tell of a picture that can't be read.
+    pub lost_pictures: Vec<Warning>,
     /// Files beside it that were read too.
     pub files: Vec<PathBuf>,
 }
@@ -75,7 +77,7 @@ pub fn read(path: &Path) -> Result<Loaded, SceneError> {
 /// # Errors
 /// As [`read`]; messages start with `place`.
 pub fn parse(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<Loaded, SceneError> {
-    let mut report = Report { place: place.to_owned(), warnings: Vec::new() };
+    let mut report = Report { place: place.to_owned(), warnings: Vec::new(), lost_pictures: Vec::new() };
     let fault = |what: String| SceneError::new(place, what);
     let (json, binary) = container::split(bytes).map_err(fault)?;
     let document: Document = serde_json::from_slice(json).map_err(|e| not_gltf(&e, binary.is_some(), place))?;
@@ -85,7 +87,8 @@ pub fn parse(bytes: &[u8], folder: Option<&Path>, place: &str) -> Result<Loaded,
         let accessors = Accessors::new(&document, &container, bytes.len());
         model(&document, &accessors, &container, &mut report).map_err(fault)?
     };
-    Ok(Loaded { geometry, warnings: report.warnings, files: container.into_files() })
+    let Report { warnings, lost_pictures, .. } = report;
+    Ok(Loaded { geometry, warnings, lost_pictures, files: container.into_files() })
 }
 
 fn not_gltf(error: &serde_json::Error, inside_binary: bool, place: &str) -> SceneError {
@@ -315,9 +318,15 @@ impl Build<'_, '_> {
 struct Report {
     place: String,
     warnings: Vec<Warning>,
+    lost_pictures: Vec<Warning>,
 }
 
 impl Report {
+    fn lose_picture(&mut self, what: String) {
+        self.lost_pictures.push(Warning::new(self.place.clone(), what.clone()));
+        self.warn(what);
+    }
+
     fn warn(&mut self, what: String) {
         const MOST: usize = 32;
         if self.warnings.len() > MOST || self.warnings.iter().any(|w| w.what == what) {

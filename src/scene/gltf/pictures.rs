@@ -91,7 +91,7 @@ impl<'r, 'a> Pictures<'r, 'a> {
     }
 
     fn decoded_or_word(&mut self, image: usize, report: &mut Report) -> Option<image::RgbaImage> {
-        self.decode(image).map_err(|e| report.warn(format!("image {image}: {e}; the part is plain"))).ok()
+        self.decode(image).map_err(|e| report.lose_picture(format!("image {image}: {e}; the part is plain"))).ok()
     }
 
     fn decode(&mut self, index: usize) -> Result<image::RgbaImage, String> {

@@ -81,7 +81,7 @@ pub fn read(path: &Path) -> Result<Loaded, SceneError> {
 /// As [`read`]; messages start with `place`.
 pub fn parse(bytes: &[u8], place: &str) -> Result<Loaded, SceneError> {
     let geometry = saved(bytes).and_then(|saved| body::geometry(&saved)).map_err(|e| SceneError::new(place, e))?;
-    Ok(Loaded { geometry, warnings: Vec::new(), files: Vec::new() })
+    Ok(Loaded { geometry, warnings: Vec::new(), files: Vec::new(), lost_pictures: Vec::new() })
 }
 
 fn saved(bytes: &[u8]) -> Result<Saved, String> {
