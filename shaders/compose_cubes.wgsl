@@ -9,10 +9,13 @@
 @group(0) @binding(2) var<storage, read> occupancy: array<u32>;
 @group(0) @binding(3) var<storage, read> ranks: array<u32>;
 @group(0) @binding(4) var<storage, read> records: array<Record>;
+@group(0) @binding(6) var<storage, read> large_triangles: array<u32>;   // a bit a triangle
 @group(0) @binding(5) var picture: texture_storage_2d<rgba8unorm, write>;
 
 const VIEW: u32 = 0u;
 const EMPTY: vec3f = vec3f(0.13, 0.13, 0.15);
+const SMALL: vec3f = vec3f(1.0, 0.72, 0.30);
+const LARGE: vec3f = vec3f(0.32, 0.56, 1.0);
 const UNRESOLVED: vec3f = vec3f(0.8, 0.1, 0.5);
 
 // Part of a ray where a + t·b ≥ 0.
@@ -24,13 +27,35 @@ fn clipped(range: vec2f, a: f32, b: f32) -> vec2f {
     return select(vec2f(range.x, min(range.y, t)), vec2f(max(range.x, t), range.y), b > 0.0);
 }
 
-fn cube_color(cell: vec3i, axis: u32, p: vec3f) -> vec3f {
+// A cube's record; none at or above the capacity.
+fn rank_of(cell: vec3i) -> u32 {
     let word = word_index(grids[VIEW], vec3u(cell));
-    let rank = ranks[word] + countOneBits(occupancy[word] & (word_bit(u32(cell.z)) - 1u));
-    var color = UNRESOLVED;
-    if rank < grids[VIEW].record_capacity {
-        color = 0.5 + 0.5 * unpack_unit(records[grids[VIEW].record_base + rank].normal);
+    return ranks[word] + countOneBits(occupancy[word] & (word_bit(u32(cell.z)) - 1u));
+}
+
+fn normal_color(cell: vec3i) -> vec3f {
+    let rank = rank_of(cell);
+    if rank >= grids[VIEW].record_capacity {
+        return UNRESOLVED;
     }
+    return 0.5 + 0.5 * unpack_unit(records[grids[VIEW].record_base + rank].normal);
+}
+
+fn class_color(cell: vec3i) -> vec3f {
+    let rank = rank_of(cell);
+    if rank >= grids[VIEW].record_capacity {
+        return UNRESOLVED;
+    }
+    let record = records[grids[VIEW].record_base + rank];
+    if (record.triangle & RECORD_ORPHAN) != 0u {
+        return UNRESOLVED;
+    }
+    let triangle = record_triangle(record);
+    return select(SMALL, LARGE, (large_triangles[triangle >> 5u] >> (triangle & 31u) & 1u) != 0u);
+}
+
+// A cube's colour where a ray meets it, its faces shaded and its edges drawn.
+fn shaded(color: vec3f, cell: vec3i, axis: u32, p: vec3f) -> vec3f {
     let low = vec3f(vec2f(cell.xy), slab(grids[VIEW], f32(cell.z)));
     let high = vec3f(vec2f(cell.xy) + 1.0, slab(grids[VIEW], f32(cell.z) + 1.0));
     var inset = min((p - low) / (high - low), (high - p) / (high - low));
@@ -40,7 +65,16 @@ fn cube_color(cell: vec3i, axis: u32, p: vec3f) -> vec3f {
     return color * shade * mix(0.6, 1.0, edge);
 }
 
-fn first_cube(direction: vec3f) -> vec3f {
+// The first cube that a ray meets.
+struct Cube {
+    cell: vec3i,
+    axis: u32,      // of the face that it is met by
+    p: vec3f,       // grid space
+    is_met: bool,
+}
+
+fn first_cube(direction: vec3f) -> Cube {
+    let none = Cube(vec3i(0), 0u, vec3f(0.0), false);
     // The ray in homogeneous grid space; lines stay straight.
     let a = grids[VIEW].grid_from_world * vec4f(surroundings.eye, 1.0);
     let b = grids[VIEW].grid_from_world * vec4f(direction, 0.0);
@@ -51,7 +85,7 @@ fn first_cube(direction: vec3f) -> vec3f {
         range = clipped(range, top[i] * a.w - a[i], top[i] * b.w - b[i]);
     }
     if range.x >= range.y {
-        return EMPTY;
+        return none;
     }
     let h0 = a + range.x * b;
     let h1 = a + range.y * b;
@@ -68,7 +102,7 @@ fn first_cube(direction: vec3f) -> vec3f {
     let most = grids[VIEW].cells.x + grids[VIEW].cells.y + grids[VIEW].cells.z;
     for (var i = 0u; i < most; i++) {
         if (occupancy[word_index(grids[VIEW], vec3u(cell))] & word_bit(u32(cell.z))) != 0u {
-            return cube_color(cell, axis, start + u * along);
+            return Cube(cell, axis, start + u * along, true);
         }
         let face = vec3f(vec2f(cell.xy + max(step.xy, vec2i(0))), slab(grids[VIEW], f32(cell.z + max(step.z, 0))));
         let next = select((face - start) / along, vec3f(2.0), abs(along) < vec3f(1e-9));
@@ -79,15 +113,36 @@ fn first_cube(direction: vec3f) -> vec3f {
             break;
         }
     }
-    return EMPTY;
+    return none;
+}
+
+fn ray_of(pixel: vec2u) -> vec3f {
+    return view_direction((vec2f(pixel) + 0.5) / vec2f(textureDimensions(picture)));
 }
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let size = textureDimensions(picture);
-    if any(id.xy >= size) {
+    if any(id.xy >= textureDimensions(picture)) {
         return;
     }
-    let direction = view_direction((vec2f(id.xy) + 0.5) / vec2f(size));
-    textureStore(picture, id.xy, vec4f(first_cube(direction), 1.0));
+    let cube = first_cube(ray_of(id.xy));
+    var color = EMPTY;
+    if cube.is_met {
+        color = shaded(normal_color(cube.cell), cube.cell, cube.axis, cube.p);
+    }
+    textureStore(picture, id.xy, vec4f(color, 1.0));
+}
+
+// The same by the way that a cube's triangle was marked.
+@compute @workgroup_size(8, 8)
+fn classes(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(picture)) {
+        return;
+    }
+    let cube = first_cube(ray_of(id.xy));
+    var color = EMPTY;
+    if cube.is_met {
+        color = shaded(class_color(cube.cell), cube.cell, cube.axis, cube.p);
+    }
+    textureStore(picture, id.xy, vec4f(color, 1.0));
 }

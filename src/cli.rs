@@ -123,6 +123,9 @@ const STORAGE_PIXELS: u32 = 256;
 
 /// Times our own cases, and the given scenes after them; or the ways to store a volume.
 fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Output) -> Result<Outcome, Failure> {
+    if options.cutoffs {
+        return time_cutoffs(options, adapter, out);
+    }
     let json = |text: serde_json::Result<String>| text.map_err(|e| Failure::Other(e.to_string()));
     if options.scenes.as_slice() == [PathBuf::from("storage")] {
         let progress = |group: &str| tell(format_args!("timing: {group}"));
@@ -141,6 +144,31 @@ fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Outp
     let what = bench::Options { iterations: options.iterations, filter: options.only.clone(), more };
     let report = bench::run(&open_gpu(adapter)?, &what, |group| tell(format_args!("timing: {group}")))?;
     let text = if options.json { json(serde_json::to_string_pretty(&report))? } else { report.table() };
+    out.line(format_args!("{}", text.trim_end()))?;
+    Ok(Outcome::Good)
+}
+
+fn time_cutoffs(
+    options: &arguments::Bench,
+    adapter: &arguments::Adapter,
+    out: &mut Output,
+) -> Result<Outcome, Failure> {
+    let gpu = open_gpu(adapter)?;
+    let mut sweeps = Vec::new();
+    for path in &options.scenes {
+        let (scene, world, warnings) = headless::open(path, &[])?;
+        tell_warnings(&warnings);
+        sweeps.push(bench::sweep(&gpu, &path.display().to_string(), &scene, &world, options.iterations)?);
+    }
+    let wanted = |case: &bench::Case| options.only.as_ref().is_none_or(|only| case.name.contains(only.as_str()));
+    let ours = bench::cases().into_iter().filter(|case| case.scene.voxelizer.method == "hybrid" && case.is_marking());
+    for case in ours.filter(|case| options.scenes.is_empty() && wanted(case)) {
+        tell(format_args!("timing: {}", case.name));
+        let world = case.world()?;
+        sweeps.push(bench::sweep(&gpu, case.group, &case.scene, &world, options.iterations)?);
+    }
+    let json = || serde_json::to_string_pretty(&sweeps).map_err(|e| Failure::Other(e.to_string()));
+    let text = if options.json { json()? } else { bench::cutoffs_table(&sweeps) };
     out.line(format_args!("{}", text.trim_end()))?;
     Ok(Outcome::Good)
 }

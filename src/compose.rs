@@ -17,6 +17,9 @@ pub enum DebugView {
     None,
     /// The view grid's voxels as cubes, coloured by their record's normal.
     Cubes,
+    /// The same, coloured by the way that their triangle was marked: amber by a thread, blue by fragments. Of a method that
+    /// makes no difference, as [`DebugView::Cubes`].
+    Classes,
     /// One slice of the view's grid: occupancy and interior.
     Slice {
         /// 0 = x, 1 = y, 2 = z of the grid.
@@ -62,6 +65,7 @@ pub struct Compose {
     enlarge: ComputePass,
     channel: ComputePass,
     cubes: ComputePass,
+    classes: ComputePass,
     slice: ComputePass,
     light: ComputePass,
     linear_sampler: wgpu::Sampler,
@@ -86,6 +90,8 @@ pub struct Input<'a> {
     pub effect: &'a EffectSettings,
     /// What to show.
     pub view: DebugView,
+    /// A bit a triangle, for [`DebugView::Classes`]: which are large.
+    pub classes: Option<&'a wgpu::Buffer>,
 }
 
 impl Compose {
@@ -110,6 +116,7 @@ impl Compose {
             enlarge: pass("compose.wgsl", "enlarge")?,
             channel: pass("compose_channel.wgsl", "main")?,
             cubes: pass("compose_cubes.wgsl", "main")?,
+            classes: pass("compose_cubes.wgsl", "classes")?,
             slice: pass("compose_slice.wgsl", "main")?,
             light: pass("compose_slice.wgsl", "light")?,
             linear_sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -171,7 +178,13 @@ impl Compose {
                 );
                 self.channel.dispatch(&mut rec.encoder, &group, size);
             }
-            DebugView::Cubes => run_on_volume(&self.cubes, rec, input, &[], &picture, size),
+            DebugView::Cubes | DebugView::Classes => match input.classes.filter(|_| input.view == DebugView::Classes) {
+                None => run_on_volume(&self.cubes, rec, input, &[], &picture, size),
+                Some(classes) => {
+                    let further = [("large_triangles", classes.as_entire_binding())];
+                    run_on_volume(&self.classes, rec, input, &further, &picture, size);
+                }
+            },
             DebugView::Slice { .. } | DebugView::LightVolume { .. } => {
                 let pass = if matches!(input.view, DebugView::Slice { .. }) { &self.slice } else { &self.light };
                 let further = [
@@ -247,7 +260,7 @@ fn settings(input: &Input<'_>) -> ComposeSettings {
         Channel::ExitPosition => 3,
     };
     match input.view {
-        DebugView::None | DebugView::Cubes => {}
+        DebugView::None | DebugView::Cubes | DebugView::Classes => {}
         DebugView::Channel { max } => settings.max = max,
         DebugView::Slice { axis, position } => {
             settings.axis = axis.min(2);

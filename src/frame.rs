@@ -18,7 +18,7 @@ use crate::stale::{self, Inputs, Stale};
 use crate::surroundings::{SurroundingsBuffers, surroundings};
 use crate::volume::Volume;
 use crate::voxel_cameras::VoxelCameras;
-use crate::voxelize::{self, Method, Sheets, Voxelizer};
+use crate::voxelize::{self, Cutoff, Method, Sheets, Voxelizer};
 use glam::UVec2;
 use std::ops::Range;
 
@@ -193,13 +193,18 @@ impl Frame {
                 self.picture = self.compose.target(gpu, picture_size);
             }
             let (radiance, materials, view) = (&self.radiance, &triangles.materials, request.view);
-            let channel = request.channel;
-            let input =
-                compose::Input { radiance, channel, volume, materials, surroundings, effect: &scene.effect, view };
+            let (channel, effect) = (request.channel, &scene.effect);
+            let input = voxelize::Input { volume, grid: 0, triangles, settings: &scene.voxelizer };
+            let classes = if view == DebugView::Classes { voxelizer.classes(&mut rec, &input)? } else { None };
+            let input = compose::Input { radiance, channel, volume, materials, surroundings, effect, view, classes };
             self.compose.record(&mut rec, &input, &self.picture);
         }
         self.volume.count(&mut rec);
         let times = rec.finish()?;
+        // Only times that a frame does not wait for: a benchmark is not to search.
+        if stale.any_grid() && request.timing == Timing::Timestamps {
+            times.iter().filter(|(stage, _)| *stage == "voxelize").for_each(|(_, ms)| voxelizer.took(*ms));
+        }
         self.last = Some(inputs);
         Ok(times)
     }
@@ -279,6 +284,12 @@ impl Frame {
     #[must_use]
     pub fn volume(&self) -> &Volume {
         &self.volume
+    }
+
+    /// The cut-off in use, of a method that has one.
+    #[must_use]
+    pub fn cutoff(&self) -> Option<Cutoff> {
+        self.voxelizer.as_ref().and_then(|(_, voxelizer)| voxelizer.cutoff())
     }
 
     /// The sheet buffers of the view's grid, of a method that has them.

@@ -191,6 +191,7 @@ pub const ACTIONS: &[Action] = &[
     action(ActionId::ResetCamera, "Reset camera", Group::Camera, &[plain(Key::R)], "as the file has it"),
     show(Mode::Picture, "Picture", &[sign(Key::Num1)], ""),
     show(Mode::Cubes, "Voxels", &[sign(Key::Num2)], "the view grid's voxels as cubes"),
+    show(Mode::Classes, "Small and large", &[sign(Key::Num0)], "voxels by the way their triangle was marked: amber by a thread, blue by fragments"),
     show(Mode::Slice, "Slice", &[sign(Key::Num3)], "one slice of the view grid"),
     show(Mode::Normals, "Normals", &[sign(Key::Num4)], "of the first surface"),
     show(Mode::Thickness, "Thickness", &[sign(Key::Num5)], "length inside glass"),

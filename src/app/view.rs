@@ -11,6 +11,8 @@ pub enum Mode {
     Picture,
     /// The view grid's voxels as cubes.
     Cubes,
+    /// The same, by the way that their triangle was marked.
+    Classes,
     /// One slice of the view grid.
     Slice,
     /// Normals of the first surface.
@@ -57,6 +59,7 @@ impl View {
         match self.mode {
             Mode::Picture => (Channel::Beauty, DebugView::None),
             Mode::Cubes => (Channel::Beauty, DebugView::Cubes),
+            Mode::Classes => (Channel::Beauty, DebugView::Classes),
             Mode::Slice => (Channel::Beauty, DebugView::Slice { axis: self.slice_axis, position: self.slice_position }),
             Mode::Normals => (Channel::Normal, DebugView::Channel { max: 1.0 }),
             Mode::Thickness => (Channel::Thickness, DebugView::Channel { max: self.thickness_max }),

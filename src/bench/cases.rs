@@ -3,7 +3,10 @@
 use crate::scene::description::{
     Cells, Deformer, Fill, Light, MaterialOverride, Model, Refraction, Scene, Shadow, Shape, Source,
 };
+use crate::scene::geometry::Geometry;
+use crate::scene::{SceneError, World};
 use glam::{UVec2, Vec3};
+use std::sync::Arc;
 
 /// One thing to time.
 #[derive(Debug, Clone)]
@@ -18,8 +21,40 @@ pub struct Case {
     pub size: UVec2,
     /// The stages whose sum is held against the target.
     pub counts: &'static [&'static str],
+    /// Of each model one triangle alone is rendered.
+    pub one_triangle: bool,
     /// The project's target for that sum.
     pub target_ms: Option<f64>,
+}
+
+impl Case {
+    /// What its scene names, loaded.
+    ///
+    /// # Errors
+    /// When a model can't be read.
+    pub fn world(&self) -> Result<World, SceneError> {
+        let mut world = World::load(&self.scene, None)?;
+        if self.one_triangle {
+            world.models.iter_mut().for_each(keep_one_triangle);
+        }
+        Ok(world)
+    }
+
+    /// True if marking alone is held against others.
+    #[must_use]
+    pub fn is_marking(&self) -> bool {
+        self.counts == MARK
+    }
+}
+
+/// Leaves a model the first of its triangles that has an area.
+fn keep_one_triangle(model: &mut Arc<Geometry>) {
+    let mut one = Geometry::clone(model);
+    let corners = |t: &[u32; 3]| t.map(|i| one.vertices[i as usize].position);
+    let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+    one.triangles = one.triangles.iter().filter(|t| area(corners(t)) > 0.0).take(1).copied().collect();
+    one.parts.iter_mut().for_each(|part| part.triangles = 0..1);
+    *model = Arc::new(one);
 }
 
 /// A grid with records and interior.
@@ -44,6 +79,7 @@ pub fn cases() -> Vec<Case> {
             scene,
             size: UVec2::ONE,
             counts: GRID,
+            one_triangle: false,
             target_ms: Some(target_ms),
         });
     }
@@ -55,6 +91,7 @@ pub fn cases() -> Vec<Case> {
             scene: with_ground(scene(vec![body], 128)),
             size: UVec2::splat(256),
             counts: FRAME,
+            one_triangle: false,
             target_ms,
         });
     }
@@ -68,13 +105,16 @@ pub fn cases() -> Vec<Case> {
                 scene,
                 size: UVec2::splat(512),
                 counts: FRAME,
+                one_triangle: false,
                 target_ms: None,
             });
         }
     }
-    for (name, models) in
-        [("scene-sized sheet", vec![sheet()]), ("204 large triangles", boxes()), ("70k small triangles", vec![wavy()])]
-    {
+    for (name, models) in [
+        ("one scene-sized triangle", vec![sheet()]),
+        ("204 large triangles", boxes()),
+        ("70k small triangles", vec![wavy()]),
+    ] {
         for method in ["triangle-parallel", "fragment-parallel", "hybrid"] {
             let mut scene = scene(models.clone(), 128);
             scene.lights.clear();
@@ -86,6 +126,7 @@ pub fn cases() -> Vec<Case> {
                 scene,
                 size: UVec2::ONE,
                 counts: MARK,
+                one_triangle: name == "one scene-sized triangle",
                 target_ms: None,
             });
         }
@@ -96,7 +137,15 @@ pub fn cases() -> Vec<Case> {
 /// A scene of the user's, as it is, at 512².
 #[must_use]
 pub fn of_scene(name: String, scene: Scene) -> Case {
-    Case { name, group: "given scenes", scene, size: UVec2::splat(512), counts: FRAME, target_ms: None }
+    Case {
+        name,
+        group: "given scenes",
+        scene,
+        size: UVec2::splat(512),
+        counts: FRAME,
+        one_triangle: false,
+        target_ms: None,
+    }
 }
 
 fn scene(models: Vec<Model>, cells: u32) -> Scene {
@@ -140,7 +189,7 @@ fn wavy() -> Model {
     body("wavy", Shape::Sphere { radius: 1.0, rings: 133 }, vec![along(1, 0), along(0, 2)])
 }
 
-/// A box without thickness: four triangles across the whole scene, and eight without area.
+/// A box without thickness, whose triangles are as large as the scene.
 fn sheet() -> Model {
     let mut model = body(
         "sheet",

@@ -4,11 +4,13 @@
 //! own and waited for, which is true on every adapter. Methods that are compared take turns within one run.
 
 mod cases;
+mod cutoffs;
 mod findings;
 mod report;
 mod storage;
 
 pub use cases::{Case, cases, of_scene};
+pub use cutoffs::{CutoffTime, Sweep, cutoffs, sweep, table as cutoffs_table};
 pub use findings::{Finding, findings};
 pub use report::{Report, Row, Spread};
 pub use storage::{ListRow, StorageReport, StorageRow, storage};
@@ -82,7 +84,7 @@ pub fn run(gpu: &Gpu, options: &Options, mut progress: impl FnMut(&str)) -> Resu
 fn run_group(gpu: &Gpu, options: &Options, cases: Vec<Case>) -> Result<Vec<Row>, BenchError> {
     let mut all = Vec::new();
     for case in cases {
-        let world = World::load(&case.scene, None)?;
+        let world = case.world()?;
         all.push(Running { world, case, frame: Frame::new(gpu)?, samples: Vec::new(), walls: Vec::new() });
     }
     let iterations = options.iterations.max(3);

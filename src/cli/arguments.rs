@@ -73,6 +73,9 @@ pub(super) struct Bench {
     /// Write JSON instead of a table
     #[arg(long)]
     pub(super) json: bool,
+    /// Time `hybrid` by cut-off instead (Rauwendaal & Bailey, Figs. 13 and 14): on our bodies, or the scenes given
+    #[arg(long)]
+    pub(super) cutoffs: bool,
     /// Timed iterations of each case
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(3..=1000))]
     pub(super) iterations: u32,
@@ -160,6 +163,9 @@ pub(super) struct Render {
     /// What to write; `murrine list channels`
     #[arg(long, value_name = "NAME", value_parser = channel, default_value = "beauty")]
     pub(super) channel: Channel,
+    /// Say what was chosen on the way
+    #[arg(short, long)]
+    pub(super) verbose: bool,
     /// Four rays a pixel: smooth outlines and calm glass
     #[arg(long)]
     pub(super) antialias: bool,

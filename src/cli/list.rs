@@ -3,7 +3,9 @@
 use super::arguments::{List, choose};
 use super::{Failure, Outcome, Output};
 use crate::march::Channel;
-use crate::scene::description::{Align, Blending, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
+use crate::scene::description::{
+    Align, Blending, Classify, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow, SizeMeasure,
+};
 use crate::scene::file;
 use crate::scene::words::Words;
 use crate::voxelize::{METHODS, Promise};
@@ -47,6 +49,8 @@ fn lists() -> Vec<Lines> {
         words::<Conservative>("conservative"),
         words::<ColumnLoop>("column loop"),
         words::<Blending>("three-axis blending"),
+        words::<SizeMeasure>("size measure"),
+        words::<Classify>("classify"),
         words::<Fill>("fill"),
         words::<Align>("align"),
         words::<Projection>("projection"),

@@ -33,6 +33,9 @@ pub(super) fn run(options: &Render, adapter: &Adapter) -> Result<Outcome, Failur
     for warning in frame.warnings() {
         tell(format_args!("warning: {}: {warning}", options.scene.display()));
     }
+    if let Some(cutoff) = frame.cutoff().filter(|_| options.verbose) {
+        tell(format_args!("{}: {cutoff}", scene.voxelizer.method));
+    }
     match format {
         Format::Png => {
             if options.channel != Channel::Beauty {

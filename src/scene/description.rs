@@ -154,6 +154,32 @@ pub enum Blending {
     Additive,
 }
 
+/// What `hybrid` takes for a triangle's size, seen along the columns (RB §3.4.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum SizeMeasure {
+    /// Area of the projected triangle, cells²: the one that RB chose.
+    #[default]
+    Area,
+    /// Area of the dilated triangle that is rasterized, cells².
+    DilatedArea,
+    /// Columns of its box.
+    Extent2d,
+    /// Cells of its box.
+    Extent3d,
+    /// Area over dilated area, 0 to 1.
+    AreaRatio,
+}
+
+/// When `hybrid` tells small triangles from large ones (RB §3.4.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Classify {
+    /// While it marks the small ones: a little more than one pass (RB Fig. 15).
+    #[default]
+    OnTheFly,
+    /// Before it marks any: two lists, then both are worked off (RB Fig. 12).
+    First,
+}
+
 /// How the interior is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fill {
@@ -184,8 +210,13 @@ pub struct VoxelizerSettings {
     pub column_loop: ColumnLoop,
     /// How sheet buffers take bits; `three-axis` only.
     pub three_axis_blending: Blending,
-    /// Triangles of more projected cells² than this go to fragments, `None` for what suits the device; `hybrid` only.
+    /// Triangles of a larger size than this go to fragments, `None` for what suits device and scene; in cells², or the
+    /// unit of `size_measure`; `hybrid` only.
     pub cutoff_cells2: Option<f32>,
+    /// What a triangle's size is; `hybrid` only.
+    pub size_measure: SizeMeasure,
+    /// When sizes are compared; `hybrid` only.
+    pub classify: Classify,
     /// How the interior is made.
     pub fill: Fill,
 }
@@ -201,6 +232,8 @@ impl Default for VoxelizerSettings {
             column_loop: ColumnLoop::Whole,
             three_axis_blending: Blending::Or,
             cutoff_cells2: None,
+            size_measure: SizeMeasure::Area,
+            classify: Classify::OnTheFly,
             fill: Fill::Lazy,
         }
     }

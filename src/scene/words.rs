@@ -1,6 +1,8 @@
 //! The words that scene files, menus and the command line share: one for each variant of a choice.
 
-use super::description::{Align, Blending, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow};
+use super::description::{
+    Align, Blending, Classify, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow, SizeMeasure,
+};
 
 /// A choice whose variants have one word each.
 pub trait Words: Copy + PartialEq + 'static {
@@ -65,6 +67,23 @@ impl Words for Blending {
             "additive",
             "as published: where triangles meet in a voxel, its bit carries into the next (DO §4.2)",
         ),
+    ];
+}
+
+impl Words for SizeMeasure {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Area, "area", "of the projected triangle, voxels²"),
+        (Self::DilatedArea, "dilated-area", "of the dilated triangle that is rasterized, voxels²"),
+        (Self::Extent2d, "extent-2d", "columns of its box"),
+        (Self::Extent3d, "extent-3d", "voxels of its box"),
+        (Self::AreaRatio, "area-ratio", "area over dilated area, 0 to 1"),
+    ];
+}
+
+impl Words for Classify {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::OnTheFly, "on-the-fly", "small triangles are marked while large ones are found (RB Fig. 15)"),
+        (Self::First, "first", "triangles are sorted into two lists before any is marked (RB Fig. 12)"),
     ];
 }
 

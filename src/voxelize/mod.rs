@@ -6,6 +6,7 @@
 mod boundary;
 mod clip;
 mod cpu_exact;
+mod cutoff;
 mod exact_columns;
 mod fragment_parallel;
 mod hybrid;
@@ -16,11 +17,13 @@ mod slice_amplified;
 mod slicemap;
 mod slicemap_solid;
 mod slices;
+mod survey;
 mod three_axis;
 mod triangle_parallel;
 mod variant;
 
 pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
+pub use cutoff::{Cutoff, CutoffFrom};
 pub use three_axis::Sheets;
 
 use crate::animate::Triangles;
@@ -67,6 +70,23 @@ pub trait Voxelizer: std::fmt::Debug + Send {
     /// # Errors
     /// When the device refuses a buffer or is lost.
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError>;
+
+    /// Which of the input's triangles count as large, a bit each: of a method that makes a difference. For the eye alone.
+    ///
+    /// # Errors
+    /// As [`Voxelizer::record`].
+    fn classes(&mut self, _rec: &mut Recorder<'_>, _input: &Input<'_>) -> Result<Option<&wgpu::Buffer>, GpuError> {
+        Ok(None)
+    }
+
+    /// The cut-off in use, of a method that has one.
+    fn cutoff(&self) -> Option<Cutoff> {
+        None
+    }
+
+    /// What a frame's marking took, or that of one a little before: for methods that choose their way by it. May change
+    /// times to come, never a voxel.
+    fn took(&mut self, _ms: f64) {}
 
     /// The sheet buffers of grid 0 as last marked, of a method that has them.
     fn sheets(&self) -> Option<&Sheets> {

@@ -76,6 +76,7 @@ impl Shown {
             surroundings: &buffers,
             effect: &EffectSettings { exposure: self.exposure, ..EffectSettings::default() },
             view: self.view,
+            classes: None,
         };
         let mut rec = Recorder::new(gpu(), Timing::Off);
         self.compose.record(&mut rec, &input, &target);

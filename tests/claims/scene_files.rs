@@ -2,8 +2,9 @@
 
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
-    Align, Background, Blending, Cells, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light, LightKind,
-    MaterialOverride, Model, Projection, Refraction, Scene, Separability, Shadow, Shape, Source,
+    Align, Background, Blending, Cells, Classify, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light,
+    LightKind, MaterialOverride, Model, Projection, Refraction, Scene, Separability, Shadow, Shape, SizeMeasure,
+    Source,
 };
 use murrine::scene::file;
 use murrine::scene::words::Words;
@@ -149,6 +150,8 @@ fn unusual() -> Scene {
     scene.voxelizer.conservative_depth = true;
     scene.voxelizer.slice_overlap = 0.125;
     scene.voxelizer.cutoff_cells2 = Some(7.1);
+    scene.voxelizer.size_measure = SizeMeasure::Extent2d;
+    scene.voxelizer.classify = Classify::First;
     scene.voxelizer.column_loop = ColumnLoop::TwoEnded;
     scene.voxelizer.three_axis_blending = Blending::Additive;
     scene.effect.refraction = Refraction::TwoSurface;

@@ -2,6 +2,7 @@
 //! that a triangle cut to a voxel's box leaves something in.
 
 mod effects;
+mod hybrid;
 mod ramp;
 mod rasterized;
 mod shapes;
@@ -373,8 +374,8 @@ fn a_shifted_body_is_told_from_the_truth() {
 }
 
 #[test]
-fn a_full_list_of_large_triangles_changes_no_voxel() {
-    // 70,224 triangles, all large by this cut-off: more than the list holds.
+fn a_list_of_all_triangles_changes_no_voxel() {
+    // 70,224 triangles, all large by this cut-off.
     let triangles = upload(&mesh(&Shape::Sphere { radius: 0.9, rings: 133 }));
     assert!(triangles.triangle_count > 1 << 16);
     let grid = turned(UVec3::splat(64));

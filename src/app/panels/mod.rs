@@ -163,7 +163,7 @@ fn sections(ui: &mut Ui, stage: &mut Stage<'_>) -> bool {
         section(ui, "Materials", true, |ui| materials::show(ui, stage.session));
         section(ui, "View", true, |ui| view::show(ui, stage));
         section(ui, "Effect", all, |ui| effect::show(ui, stage.session));
-        section(ui, "Voxelizer", all, |ui| voxelizer::show(ui, &mut stage.session.scene.voxelizer));
+        section(ui, "Voxelizer", all, |ui| voxelizer::show(ui, stage));
         section(ui, "Grids", all, |ui| grid::show(ui, stage));
         section(ui, "Lights", all, |ui| lights::show(ui, &mut stage.session.scene));
         times_on_view = section(ui, "Times and memory", all, |ui| stats::show(ui, stage));

@@ -1,7 +1,9 @@
 //! How the grids are marked and filled.
 
+use super::Stage;
 use super::rows::{choice, choice_of, log_slider, name_choice, quiet, row, slider};
-use crate::scene::description::{Conservative, Separability, VoxelizerSettings};
+use crate::frame::Frame;
+use crate::scene::description::{Conservative, Separability};
 use crate::voxelize::{METHODS, Promise, method};
 use egui::Ui;
 
@@ -9,7 +11,9 @@ use egui::Ui;
 const DEFAULT_CUTOFF_CELLS2: f32 = 4.0;
 
 /// Method and its options.
-pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
+pub(super) fn show(ui: &mut Ui, stage: &mut Stage<'_>) {
+    let cutoff = stage.frame.and_then(Frame::cutoff);
+    let settings = &mut stage.session.scene.voxelizer;
     let names = METHODS.iter().map(|m| (m.name, m.summary));
     if let Some(name) = name_choice(ui, "Method", "how triangles mark voxels", &settings.method, names) {
         settings.method = name;
@@ -58,6 +62,11 @@ pub(super) fn show(ui: &mut Ui, settings: &mut VoxelizerSettings) {
             if let Some(cutoff_cells2) = &mut settings.cutoff_cells2 {
                 log_slider(ui, "", hint, cutoff_cells2, 0.1..=10_000.0);
             }
+            if let Some(cutoff) = cutoff {
+                quiet(ui, cutoff.to_string());
+            }
+            choice(ui, "Size", "what is compared with the cut-off", &mut settings.size_measure);
+            choice(ui, "Classify", "when triangles are told apart", &mut settings.classify);
         }
         _ => {}
     }

@@ -157,6 +157,8 @@ fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSetting
         column_loop: from.word("column_loop")?.unwrap_or_default(),
         three_axis_blending: from.word("three_axis_blending")?.unwrap_or_default(),
         cutoff_cells2,
+        size_measure: from.word("size_measure")?.unwrap_or_default(),
+        classify: from.word("classify")?.unwrap_or_default(),
         fill: from.word("fill")?.unwrap_or_default(),
     };
     from.finish()?;

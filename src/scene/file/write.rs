@@ -117,6 +117,8 @@ fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
         .with("column_loop", voxelizer.column_loop.word())
         .with("three_axis_blending", voxelizer.three_axis_blending.word())
         .with("cutoff_cells2", voxelizer.cutoff_cells2.map_or_else(|| Value::from("auto"), number))
+        .with("size_measure", voxelizer.size_measure.word())
+        .with("classify", voxelizer.classify.word())
         .with("fill", voxelizer.fill.word())
         .0
 }
