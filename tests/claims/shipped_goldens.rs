@@ -2,7 +2,7 @@
 
 use crate::gpu;
 use murrine::frame::Frame;
-use murrine::golden::{Goldens, Verdict};
+use murrine::golden::{self, Goldens, Verdict};
 use std::path::Path;
 
 fn open() -> Goldens {
@@ -45,5 +45,23 @@ fn the_golden_frames_show_an_animation_at_three_times_and_were_made_on_lavapipe(
     for golden in &goldens.entries {
         let sidecar = goldens.sidecar(golden).unwrap_or_else(|| panic!("{} has no sidecar", golden.name));
         assert!(sidecar.adapter.contains("llvmpipe") && sidecar.driver.contains("Mesa"), "{sidecar:?}");
+    }
+}
+
+#[test]
+fn every_voxelizer_that_is_exact_makes_the_same_picture() {
+    let goldens = open();
+    let picture = |name: &str| {
+        let golden = goldens.entries.iter().find(|golden| golden.name == name).unwrap_or_else(|| panic!("no {name}"));
+        murrine::image::read_png(&goldens.picture_path(golden)).unwrap()
+    };
+    let hybrid = picture("hybrid");
+    for exact in ["triangle-parallel", "fragment-parallel", "exact-columns"] {
+        let difference = golden::compare(&hybrid, &picture(exact));
+        assert!(difference.passes(), "{exact}: {difference:?}");
+    }
+    for approximate in ["slicemap", "three-axis"] {
+        let difference = golden::compare(&hybrid, &picture(approximate));
+        assert!(!difference.passes(), "{approximate}: {difference:?}");
     }
 }
