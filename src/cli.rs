@@ -1,10 +1,11 @@
 //! The command line. Data goes to stdout, all else to stderr; the exit code is 0 when all is well, 1 when pictures
-//! differ or a check failed, 2 when something could not be done.
+//! differ or a check failed, 2 when something could not be done, 130 when Ctrl+C ended it.
 
 mod arguments;
 mod doctor;
 mod golden;
 mod interrupt;
+mod lab;
 mod list;
 mod output;
 mod render;
@@ -29,6 +30,8 @@ enum Outcome {
     Good,
     /// Pictures differ or a check failed.
     Bad,
+    /// The user stopped it; what there was is kept.
+    Stopped,
 }
 
 /// Why a command could not do its work.
@@ -68,6 +71,8 @@ pub fn main() -> ExitCode {
     match run(arguments) {
         Ok(Outcome::Good) | Err(Failure::PipeClosed) => ExitCode::SUCCESS,
         Ok(Outcome::Bad) => ExitCode::from(1),
+        // As shells tell of a program that Ctrl+C ended.
+        Ok(Outcome::Stopped) => ExitCode::from(130),
         Err(failure) => {
             tell(format_args!("error: {failure}"));
             ExitCode::from(2)
@@ -86,6 +91,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Some(Command::Check { scenes }) => check(&scenes, &mut out),
         Some(Command::Doctor) => doctor::run(adapter, &mut out),
         Some(Command::Bench(options)) => time(&options, adapter, &mut out),
+        Some(Command::Lab(options)) => lab::run(&options, adapter, &mut out),
         Some(Command::Golden(options)) => golden::run(&options, adapter, &mut out),
     }
 }
@@ -131,6 +137,13 @@ fn time(options: &arguments::Bench, adapter: &arguments::Adapter, out: &mut Outp
         let progress = |group: &str| tell(format_args!("timing: {group}"));
         let gpu = open_gpu(adapter)?;
         let report = bench::storage(&gpu, &STORAGE_CELLS, STORAGE_PIXELS, options.iterations, progress)?;
+        let text = if options.json { json(serde_json::to_string_pretty(&report))? } else { report.table() };
+        out.line(format_args!("{}", text.trim_end()))?;
+        return Ok(Outcome::Good);
+    }
+    if options.scenes.as_slice() == [PathBuf::from("voxelize")] {
+        let progress = |what: &str| tell(format_args!("timing: {what}"));
+        let report = bench::voxelizing(&open_gpu(adapter)?, options.iterations, progress)?;
         let text = if options.json { json(serde_json::to_string_pretty(&report))? } else { report.table() };
         out.line(format_args!("{}", text.trim_end()))?;
         return Ok(Outcome::Good);

@@ -33,7 +33,9 @@ pub mod voxel_file;
 pub mod headless;
 pub mod sheets;
 pub mod golden;
+pub mod marking;
 pub mod bench;
+pub mod lab;
 
 pub mod app;
 pub mod cli;

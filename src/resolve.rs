@@ -92,11 +92,19 @@ impl Resolve {
     /// Numbers the occupied voxels and leaves each one's cell in its record's place.
     pub fn record_rank(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize) {
         let Some(g) = volume.grids.get(grid) else { return };
-        let RankPasses { reduce, scan_words, spread, list, .. } = &self.rank;
+        self.record_scan(rec, volume, grid);
+        let group = self.rank.list.bind_used(rec.gpu, &resources(volume, grid));
+        self.rank.list.dispatch(&mut rec.encoder, &group, [g.word_count(), 1, 1]);
+    }
+
+    /// Numbers the occupied voxels: a prefix sum over the words' bit counts.
+    pub fn record_scan(&self, rec: &mut Recorder<'_>, volume: &Volume, grid: usize) {
+        let Some(g) = volume.grids.get(grid) else { return };
+        let RankPasses { reduce, scan_words, spread, .. } = &self.rank;
         let chunks = g.word_count().div_ceil(CHUNK);
         let mut all = resources(volume, grid);
         all.push(("voxel_dispatch", self.voxel_dispatch.as_entire_binding()));
-        for (pass, threads) in [(reduce, chunks), (scan_words, 1), (spread, chunks), (list, g.word_count())] {
+        for (pass, threads) in [(reduce, chunks), (scan_words, 1), (spread, chunks)] {
             let group = pass.bind_used(rec.gpu, &all);
             pass.dispatch(&mut rec.encoder, &group, [threads, 1, 1]);
         }

@@ -8,12 +8,14 @@ mod cutoffs;
 mod findings;
 mod report;
 mod storage;
+mod voxelize;
 
 pub use cases::{Case, cases, of_scene};
 pub use cutoffs::{CutoffTime, Sweep, cutoffs, sweep, table as cutoffs_table};
 pub use findings::{Finding, findings};
 pub use report::{Report, Row, Spread};
 pub use storage::{ListRow, StorageReport, StorageRow, storage};
+pub use voxelize::{Line, Scan, Voxelizing, voxelizing};
 
 use crate::frame::{Frame, Request};
 use crate::gpu::{Gpu, GpuError, Timing};

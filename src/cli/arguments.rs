@@ -62,13 +62,16 @@ pub(super) enum Command {
     Doctor,
     /// Time the stages: milliseconds as medians with their spread, and the volume's memory
     Bench(Bench),
+    /// Measure every voxelizer on models: one page of plots and tables, and one CSV
+    Lab(Lab),
     /// Golden frames: pictures that must be made again as they are in screenshots/
     Golden(Golden),
 }
 
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Scenes or models to time beside our own cases; or `storage`: dense volumes and lists beside our records
+    /// Scenes or models to time beside our own cases; or `storage`: dense volumes and lists beside our records; or
+    /// `voxelize`: every voxelizer on 1 to 871,000 triangles beside the CPU's own test
     pub(super) scenes: Vec<PathBuf>,
     /// Write JSON instead of a table
     #[arg(long)]
@@ -82,6 +85,36 @@ pub(super) struct Bench {
     /// Only the cases whose name contains this text
     #[arg(long, value_name = "TEXT")]
     pub(super) only: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Lab {
+    /// Models or scenes; or our own shapes, such as shape:torus or shape:icosphere,subdivisions=5
+    #[arg(required = true, value_name = "MODEL")]
+    pub(super) models: Vec<String>,
+    /// The folder for report.html and report.csv; made if its parent is there
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(super) output: PathBuf,
+    /// Cells along each axis, 16 to 512
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "32,64,128,256",
+        value_parser = clap::value_parser!(u32).range(16..=512))]
+    pub(super) grids: Vec<u32>,
+    /// Which methods; `murrine list voxelizers`
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "all", value_parser = voxelizer_or_all)]
+    pub(super) voxelizers: Vec<String>,
+    /// Measure from so many directions, too
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub(super) angles: u32,
+    /// Measure in grids of these proportions, too; `none` for no others than cubes
+    #[arg(long, value_name = "X:Y:Z,...", value_delimiter = ',', default_value = "4:4:1,2:2:1,1:1:2,1:1:4",
+        value_parser = aspect)]
+    pub(super) aspects: Vec<UVec3>,
+    /// What would take longer than this is left out, and so is told
+    #[arg(long, value_name = "SECS", default_value_t = 20.0, value_parser = cap)]
+    pub(super) cap: f64,
+    /// Seconds into the animation
+    #[arg(long, value_name = "SECS", value_parser = time, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(super) time: f64,
 }
 
 #[derive(Debug, Args)]
@@ -216,6 +249,9 @@ pub(super) struct Voxelize {
 pub(super) struct List {
     /// One of the lists; all if left out
     pub(super) what: Option<String>,
+    /// The voxelizers as the table of docs/gallery.md
+    #[arg(long, conflicts_with = "what")]
+    pub(super) markdown: bool,
 }
 
 /// The most pixels of a picture along an axis, and in all.
@@ -281,6 +317,31 @@ fn channel(text: &str) -> Result<Channel, String> {
 fn voxelizer(text: &str) -> Result<String, String> {
     let names = headless::methods();
     if names.contains(&text) { Ok(text.to_owned()) } else { Err(choose(text, &names)) }
+}
+
+fn voxelizer_or_all(text: &str) -> Result<String, String> {
+    if text == "all" { Ok(text.to_owned()) } else { voxelizer(text).map_err(|e| format!("{e}; or all")) }
+}
+
+/// Proportions of a grid; ones for `none`, which are those of a cube.
+fn aspect(text: &str) -> Result<UVec3, String> {
+    if text == "none" {
+        return Ok(UVec3::ONE);
+    }
+    let numbers: Vec<u32> = text.split(':').filter_map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_slice() {
+        [x, y, z] if text.matches(':').count() == 2 && numbers.iter().all(|n| (1..=16).contains(n)) => {
+            Ok(UVec3::new(*x, *y, *z))
+        }
+        _ => Err("write X:Y:Z, each 1 to 16, such as 1:1:4; or none".to_owned()),
+    }
+}
+
+fn cap(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if (1e-3..=86_400.0).contains(&secs) => Ok(secs),
+        _ => Err("write seconds from 0.001 to 86400".to_owned()),
+    }
 }
 
 fn word<T: Words>(text: &str) -> Result<String, String> {

@@ -14,6 +14,9 @@ use crate::voxelize::{METHODS, Promise};
 type Lines = (&'static str, Vec<(&'static str, String)>);
 
 pub(super) fn run(options: &List, out: &mut Output) -> Result<Outcome, Failure> {
+    if options.markdown {
+        return gallery(out);
+    }
     let lists = lists();
     let names: Vec<&str> = lists.iter().map(|(name, _)| *name).collect();
     if let Some(what) = options.what.as_deref().filter(|what| !names.contains(what)) {
@@ -25,6 +28,24 @@ pub(super) fn run(options: &List, out: &mut Output) -> Result<Outcome, Failure> 
         for (word, about) in lines {
             out.line(format_args!("  {word:<18} {about}"))?;
         }
+    }
+    Ok(Outcome::Good)
+}
+
+/// The table of `docs/gallery.md`.
+fn gallery(out: &mut Output) -> Result<Outcome, Failure> {
+    out.line(format_args!("| name | source | idea | promise | interior | conservative |"))?;
+    out.line(format_args!("|---|---|---|---|---|---|"))?;
+    for method in METHODS {
+        let promise = match method.promise {
+            Promise::Exact => "exact",
+            Promise::Approximate => "approximate",
+        };
+        let interior = if method.interior { "its own" } else { "the fill's" };
+        let ways: Vec<&str> = method.conservative.iter().map(|way| way.word()).collect();
+        let ways = if ways.is_empty() { "–".to_owned() } else { ways.join(", ") };
+        let (name, source, idea) = (method.name, method.paper.short, method.summary);
+        out.line(format_args!("| `{name}` | {source} | {idea} | {promise} | {interior} | {ways} |"))?;
     }
     Ok(Outcome::Good)
 }

@@ -18,8 +18,8 @@
 use super::clip::grid_triangles;
 use super::separating_axes::{AxisBox, overlaps, thick, thin};
 use super::{Input, Method, Promise, Voxelizer};
-use crate::animate::Vertex;
-use crate::gpu::{GpuError, Recorder, buffer};
+use crate::animate::{Triangles, Vertex};
+use crate::gpu::{Gpu, GpuError, Recorder, buffer};
 use crate::grid::Grid;
 use crate::papers;
 use crate::scene::description::Separability;
@@ -87,6 +87,29 @@ pub fn exact_voxels(grid: &Grid, triangles: &[[Vec3; 3]], separability: Separabi
     }
 }
 
+/// Marks the same voxels as [`exact_voxels`] does, without asking which of them are ties.
+#[must_use]
+pub fn marked_voxels(grid: &Grid, triangles: &[[Vec3; 3]], separability: Separability) -> Vec<u32> {
+    let words: Vec<AtomicU32> = (0..grid.word_count()).map(|_| AtomicU32::new(0)).collect();
+    let grid_from_world = grid.grid_from_world.as_dmat4();
+    triangles.par_iter().for_each(|&triangle| {
+        for t in grid_triangles(grid, &grid_from_world, triangle) {
+            // Boxes of many cells round otherwise than those of one: the slack keeps any of them from cutting one off.
+            for_each_cell_near(grid, &t, TIE_BAND, &mut |cell| {
+                let cell_box = box_of(grid, UVec3::from_array(cell), UVec3::ONE);
+                let marked = match separability {
+                    Separability::TwentySix => overlaps(&t, cell_box),
+                    Separability::Six => thin(&t, cell_box, 0.0).marked,
+                };
+                if marked {
+                    words[grid.word_of(cell)].fetch_or(1 << (cell[2] & 31), Ordering::Relaxed);
+                }
+            });
+        }
+    });
+    words.into_iter().map(AtomicU32::into_inner).collect()
+}
+
 /// Calls `visit` for every cell whose box, grown by `slack`, meets the triangle; and for no other.
 fn for_each_cell_near(grid: &Grid, triangle: &[DVec3; 3], slack: f64, visit: &mut impl FnMut([u32; 3])) {
     let lo = triangle[0].min(triangle[1]).min(triangle[2]);
@@ -143,21 +166,23 @@ impl Voxelizer for CpuExact {
     fn record(&mut self, rec: &mut Recorder<'_>, input: &Input<'_>) -> Result<(), GpuError> {
         rec.flush()?;
         let grid = &input.volume.grids[input.grid];
-        let triangles = read_triangles(rec, input, grid.required_flags)?;
-        let voxels = exact_voxels(grid, &triangles, input.settings.separability);
+        let triangles = world_triangles(rec.gpu, input.triangles, grid.required_flags)?;
+        let words = marked_voxels(grid, &triangles, input.settings.separability);
         let offset = u64::from(grid.word_base) * size_of::<u32>() as u64;
-        rec.gpu.queue.write_buffer(&input.volume.occupancy, offset, bytemuck::cast_slice(&voxels.words));
+        rec.gpu.queue.write_buffer(&input.volume.occupancy, offset, bytemuck::cast_slice(&words));
         Ok(())
     }
 }
 
-/// The animated triangles of the parts that have all `required_flags`, in world space.
-fn read_triangles(rec: &Recorder<'_>, input: &Input<'_>, required_flags: u32) -> Result<Vec<[Vec3; 3]>, GpuError> {
-    let from = input.triangles;
-    let vertices: Vec<Vertex> = buffer::read(rec.gpu, &from.vertices, 0, from.vertex_count as usize)?;
-    let indices: Vec<[u32; 3]> = buffer::read(rec.gpu, &from.indices, 0, from.triangle_count as usize)?;
+/// The animated triangles of the parts that have all `required_flags`, in world space. Waits for the device.
+///
+/// # Errors
+/// When it is lost.
+pub fn world_triangles(gpu: &Gpu, from: &Triangles, required_flags: u32) -> Result<Vec<[Vec3; 3]>, GpuError> {
+    let vertices: Vec<Vertex> = buffer::read(gpu, &from.vertices, 0, from.vertex_count as usize)?;
+    let indices: Vec<[u32; 3]> = buffer::read(gpu, &from.indices, 0, from.triangle_count as usize)?;
     let part_count = vertices.iter().map(|v| v.part as usize + 1).max().unwrap_or(0);
-    let materials: Vec<PartMaterial> = buffer::read(rec.gpu, &from.materials, 0, part_count)?;
+    let materials: Vec<PartMaterial> = buffer::read(gpu, &from.materials, 0, part_count)?;
     let wanted = |part: u32| materials[part as usize].flags & required_flags == required_flags;
     Ok((indices.iter().filter(|[first, ..]| wanted(vertices[*first as usize].part)))
         .map(|t| t.map(|i| vertices[i as usize].position))

@@ -22,7 +22,7 @@ mod three_axis;
 mod triangle_parallel;
 mod variant;
 
-pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels};
+pub use cpu_exact::{ExactVoxels, TIE_BAND, exact_voxels, marked_voxels, world_triangles};
 pub use cutoff::{Cutoff, CutoffFrom};
 pub use three_axis::Sheets;
 

@@ -11,6 +11,7 @@ mod fill;
 mod fuzz;
 mod goldens;
 mod grids;
+mod lab;
 mod layering;
 mod layouts;
 mod light;
