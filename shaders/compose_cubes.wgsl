@@ -1,8 +1,11 @@
+#include "lib/compose_settings.inc.wgsl"
+#include "lib/difference.inc.wgsl"
 #include "lib/grid.inc.wgsl"
 #include "lib/record.inc.wgsl"
 #include "lib/surroundings.inc.wgsl"
 // The view grid's voxels as cubes: walks each pixel's ray from cell to cell and shows the first occupied one, coloured
-// by its record's normal, its faces shaded and its edges drawn.
+// by its record's normal, its faces shaded and its edges drawn. Held against the true voxels, those that are missing are
+// shown too, in a colour of their own, as the spurious ones are.
 
 @group(0) @binding(0) var<uniform> grids: array<Grid, MAX_GRIDS>;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
@@ -11,6 +14,8 @@
 @group(0) @binding(4) var<storage, read> records: array<Record>;
 @group(0) @binding(6) var<storage, read> large_triangles: array<u32>;   // a bit a triangle
 @group(0) @binding(5) var picture: texture_storage_2d<rgba8unorm, write>;
+@group(0) @binding(7) var<uniform> compose_settings: ComposeSettings;
+@group(0) @binding(8) var<storage, read> truth: array<u32>;
 
 const VIEW: u32 = 0u;
 const EMPTY: vec3f = vec3f(0.13, 0.13, 0.15);
@@ -33,12 +38,25 @@ fn rank_of(cell: vec3i) -> u32 {
     return ranks[word] + countOneBits(occupancy[word] & (word_bit(u32(cell.z)) - 1u));
 }
 
+fn is_marked(cell: vec3i) -> bool {
+    return (occupancy[word_index(grids[VIEW], vec3u(cell))] & word_bit(u32(cell.z))) != 0u;
+}
+
+fn is_true(cell: vec3i) -> bool {
+    let word = word_index(grids[VIEW], vec3u(cell)) - grids[VIEW].word_base;
+    return compose_settings.compares != 0u && (truth[word] & word_bit(u32(cell.z))) != 0u;
+}
+
 fn normal_color(cell: vec3i) -> vec3f {
     let rank = rank_of(cell);
-    if rank >= grids[VIEW].record_capacity {
-        return UNRESOLVED;
+    var color = UNRESOLVED;
+    if rank < grids[VIEW].record_capacity {
+        color = 0.5 + 0.5 * unpack_unit(records[grids[VIEW].record_base + rank].normal);
     }
-    return 0.5 + 0.5 * unpack_unit(records[grids[VIEW].record_base + rank].normal);
+    if compose_settings.compares != 0u {
+        color = difference_color(is_marked(cell), is_true(cell), color);
+    }
+    return color;
 }
 
 fn class_color(cell: vec3i) -> vec3f {
@@ -101,7 +119,7 @@ fn first_cube(direction: vec3f) -> Cube {
     var u = 0.0;
     let most = grids[VIEW].cells.x + grids[VIEW].cells.y + grids[VIEW].cells.z;
     for (var i = 0u; i < most; i++) {
-        if (occupancy[word_index(grids[VIEW], vec3u(cell))] & word_bit(u32(cell.z))) != 0u {
+        if is_marked(cell) || is_true(cell) {
             return Cube(cell, axis, start + u * along, true);
         }
         let face = vec3f(vec2f(cell.xy + max(step.xy, vec2i(0))), slab(grids[VIEW], f32(cell.z + max(step.z, 0))));

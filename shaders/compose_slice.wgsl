@@ -1,8 +1,11 @@
 #include "lib/compose_settings.inc.wgsl"
+#include "lib/difference.inc.wgsl"
 #include "lib/light_volume.inc.wgsl"
 #include "lib/surroundings.inc.wgsl"
 #include "lib/tone_map.inc.wgsl"
-// One slice of a grid, flat: occupancy and interior of the view's grid (`main`), what is left of light 0 (`light`).
+// One slice of a grid, flat: occupancy and interior of the view's grid (`main`), what is left of light 0 (`light`). The
+// interior is that of the fill where it ran, else as the column's last record tells. Held against the true voxels, what
+// is missing or spurious has a colour of its own.
 
 @group(0) @binding(0) var<uniform> compose_settings: ComposeSettings;
 @group(0) @binding(1) var<uniform> grids: array<Grid, MAX_GRIDS>;
@@ -13,6 +16,8 @@
 @group(0) @binding(6) var<storage, read> light_records: array<vec2u>;
 @group(0) @binding(7) var<storage, read> materials: array<PartMaterial>;
 @group(0) @binding(8) var picture: texture_storage_2d<rgba8unorm, write>;
+@group(0) @binding(9) var<storage, read> interior: array<u32>;
+@group(0) @binding(10) var<storage, read> truth: array<u32>;
 
 const OUTSIDE: vec3f = vec3f(0.05, 0.05, 0.06);
 const AIR: vec3f = vec3f(0.13, 0.13, 0.15);
@@ -81,16 +86,26 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if point.in_slice {
         let cell = vec3u(point.cell);
         let nearest = nearest_before(0u, cell);
-        color = AIR;
+        let word = word_index(grids[0], cell);
+        let bit = word_bit(cell.z);
+        var inside = compose_settings.filled != 0u && (interior[word] & bit) != 0u;
+        var surface = vec3f(1.0);
         if nearest.record != 0xffffffffu {
             let normal = unpack_unit(records[nearest.record].normal);
-            // The column goes into a body where the last surface that it met faced it.
-            let z0 = world_from_grid(grids[0], vec3f(point.cell.xy, 0.0));
-            let z1 = world_from_grid(grids[0], vec3f(point.cell.xy, slab(grids[0], 1.0)));
-            let inside = dot(normal, z1 - z0) < 0.0;
-            color = select(select(AIR, INTERIOR, inside), 0.5 + 0.5 * normal, nearest.here);
-        } else if nearest.here {
-            color = vec3f(1.0);
+            surface = 0.5 + 0.5 * normal;
+            if compose_settings.filled == 0u {
+                // The column goes into a body where the last surface that it met faced it.
+                let z0 = world_from_grid(grids[0], vec3f(point.cell.xy, 0.0));
+                let z1 = world_from_grid(grids[0], vec3f(point.cell.xy, slab(grids[0], 1.0)));
+                inside = dot(normal, z1 - z0) < 0.0;
+            }
+        }
+        color = select(select(AIR, INTERIOR, inside), surface, nearest.here);
+        if compose_settings.compares != 0u {
+            let is_true = (truth[word - grids[0].word_base] & bit) != 0u;
+            if nearest.here || is_true {
+                color = difference_color(nearest.here, is_true, surface);
+            }
         }
         if point.pixels >= 6.0 {
             let line = min(fract(point.cell), 1.0 - fract(point.cell)) * point.pixels;

@@ -52,8 +52,12 @@ crate::gpu_struct! {
         pub axis: u32,
         /// Of a channel: 0 a number, 1 a colour, 2 a direction, 3 a position.
         pub kind: u32,
+        /// 1 where `truth` holds the view grid's true voxels.
+        pub compares: u32,
+        /// 1 where `interior` holds the view grid's solid.
+        pub filled: u32,
         /// Padding.
-        pub _pad: [u32; 3],
+        pub _pad: u32,
     }
 }
 
@@ -92,6 +96,10 @@ pub struct Input<'a> {
     pub view: DebugView,
     /// A bit a triangle, for [`DebugView::Classes`]: which are large.
     pub classes: Option<&'a wgpu::Buffer>,
+    /// The volume's interior words are this frame's.
+    pub filled: bool,
+    /// The true words of the view's grid, which cubes and slices are held against.
+    pub truth: Option<&'a wgpu::Buffer>,
 }
 
 impl Compose {
@@ -178,21 +186,31 @@ impl Compose {
                 );
                 self.channel.dispatch(&mut rec.encoder, &group, size);
             }
-            DebugView::Cubes | DebugView::Classes => match input.classes.filter(|_| input.view == DebugView::Classes) {
-                None => run_on_volume(&self.cubes, rec, input, &[], &picture, size),
-                Some(classes) => {
-                    let further = [("large_triangles", classes.as_entire_binding())];
-                    run_on_volume(&self.classes, rec, input, &further, &picture, size);
+            DebugView::Cubes | DebugView::Classes => {
+                let mut further = vec![("compose_settings", settings.as_entire_binding()), truth(input)];
+                match input.classes.filter(|_| input.view == DebugView::Classes) {
+                    None => run_on_volume(&self.cubes, rec, input, &further, &picture, size),
+                    Some(classes) => {
+                        further.push(("large_triangles", classes.as_entire_binding()));
+                        run_on_volume(&self.classes, rec, input, &further, &picture, size);
+                    }
                 }
-            },
-            DebugView::Slice { .. } | DebugView::LightVolume { .. } => {
-                let pass = if matches!(input.view, DebugView::Slice { .. }) { &self.slice } else { &self.light };
+            }
+            DebugView::Slice { .. } => {
+                let further = [
+                    ("compose_settings", settings.as_entire_binding()),
+                    ("interior", input.volume.interior.as_entire_binding()),
+                    truth(input),
+                ];
+                run_on_volume(&self.slice, rec, input, &further, &picture, size);
+            }
+            DebugView::LightVolume { .. } => {
                 let further = [
                     ("compose_settings", settings.as_entire_binding()),
                     ("light_records", input.volume.light_records.as_entire_binding()),
                     ("materials", input.materials.as_entire_binding()),
                 ];
-                run_on_volume(pass, rec, input, &further, &picture, size);
+                run_on_volume(&self.light, rec, input, &further, &picture, size);
             }
         }
     }
@@ -228,6 +246,11 @@ impl Compose {
     }
 }
 
+/// The true words; where there are none, something to bind.
+fn truth<'a>(input: &Input<'a>) -> (&'static str, wgpu::BindingResource<'a>) {
+    ("truth", input.truth.unwrap_or(&input.volume.occupancy).as_entire_binding())
+}
+
 /// Runs a view of the volume: what they all read, and `further` resources.
 fn run_on_volume(
     pass: &ComputePass,
@@ -246,13 +269,16 @@ fn run_on_volume(
         ("records", input.volume.records.as_entire_binding()),
         ("picture", wgpu::BindingResource::TextureView(picture)),
     ]);
-    let group = pass.bind(rec.gpu, &resources);
+    let group = pass.bind_used(rec.gpu, &resources);
     pass.dispatch(&mut rec.encoder, &group, size);
 }
 
 fn settings(input: &Input<'_>) -> ComposeSettings {
     let mut settings: ComposeSettings = bytemuck::Zeroable::zeroed();
     settings.exposure = input.effect.exposure;
+    let compares = matches!(input.view, DebugView::Cubes | DebugView::Slice { .. });
+    settings.compares = (compares && input.truth.is_some()).into();
+    settings.filled = input.filled.into();
     settings.kind = match input.channel {
         Channel::Thickness | Channel::Events | Channel::Questionable => 0,
         Channel::Beauty | Channel::Transmittance | Channel::GroundLight => 1,

@@ -60,6 +60,9 @@ pub struct Frame {
     volume: Volume,
     radiance: Radiance,
     picture: wgpu::Texture,
+    /// The true words of the view's grid, to hold cubes and slices against.
+    truth: Option<wgpu::Buffer>,
+    truth_is_new: bool,
     last: Option<Inputs>,
     /// Rows of the picture that are still to be marched.
     rows_left: Range<u32>,
@@ -88,6 +91,8 @@ impl Frame {
             picture: compose.target(gpu, UVec2::ONE),
             march,
             compose,
+            truth: None,
+            truth_is_new: false,
             last: None,
             rows_left: 0..0,
             warnings: Vec::new(),
@@ -112,26 +117,9 @@ impl Frame {
         rec.stage("scene")?;
         let scene = request.scene;
         let world = &request.world.at(scene, request.time_secs, self.last.as_ref().map(|last| &last.world));
-        let pose = world.pose(scene, request.time_secs);
-        let materials = world.materials(scene);
-        let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
-        let aspect = request.picture_size.x.max(1) as f32 / request.picture_size.y.max(1) as f32;
-        let view = (aspect, request.size.y);
-        let inputs = Inputs {
-            surroundings: surroundings(scene, world, &materials, view, &cameras.light_grids, cameras.scene_grid),
-            world: world.clone(),
-            pose,
-            deformers: stale::deformers(scene),
-            materials,
-            grids: cameras.grids.clone(),
-            voxelizer: scene.voxelizer.clone(),
-            effect: scene.effect,
-            size: request.size,
-            picture_size: request.picture_size,
-            channel: request.channel,
-            view: request.view,
-        };
+        let (inputs, cameras) = inputs_of(request, world);
         let mut stale = inputs.stale_since(self.last.as_ref());
+        stale.compose |= std::mem::take(&mut self.truth_is_new);
         self.last = None; // until this frame is recorded whole
         self.make_ready(gpu, &Request { world, ..*request }, &inputs, &mut stale)?;
         stale.grids_anew(&self.volume.fit(gpu, &cameras.grids)?);
@@ -196,7 +184,19 @@ impl Frame {
             let (channel, effect) = (request.channel, &scene.effect);
             let input = voxelize::Input { volume, grid: 0, triangles, settings: &scene.voxelizer };
             let classes = if view == DebugView::Classes { voxelizer.classes(&mut rec, &input)? } else { None };
-            let input = compose::Input { radiance, channel, volume, materials, surroundings, effect, view, classes };
+            let (filled, truth) = (scene.voxelizer.fill == Fill::Eager, self.truth.as_ref());
+            let input = compose::Input {
+                radiance,
+                channel,
+                volume,
+                materials,
+                surroundings,
+                effect,
+                view,
+                classes,
+                filled,
+                truth,
+            };
             self.compose.record(&mut rec, &input, &self.picture);
         }
         self.volume.count(&mut rec);
@@ -241,6 +241,19 @@ impl Frame {
         }
         stale.compose |= stale.march;
         Ok(())
+    }
+
+    /// From the next frame on, cubes and slices of the view's grid are held against these words (as
+    /// [`Grid::word_of`](crate::grid::Grid::word_of) lays them out), or against none.
+    pub fn hold_against(&mut self, truth: Option<wgpu::Buffer>) {
+        self.truth_is_new |= truth != self.truth;
+        self.truth = truth;
+    }
+
+    /// The triangles as the last frame animated them.
+    #[must_use]
+    pub fn triangles(&self) -> Option<&Triangles> {
+        self.triangles.as_ref()
     }
 
     /// Forgets the last frame, so that the next one runs every stage: for timing them.
@@ -303,4 +316,29 @@ impl Frame {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// All that the frame's stages depend on, and the grids.
+fn inputs_of(request: &Request<'_>, world: &World) -> (Inputs, VoxelCameras) {
+    let scene = request.scene;
+    let pose = world.pose(scene, request.time_secs);
+    let materials = world.materials(scene);
+    let cameras = VoxelCameras::fit(scene, world, &materials, &pose);
+    let aspect = request.picture_size.x.max(1) as f32 / request.picture_size.y.max(1) as f32;
+    let view = (aspect, request.size.y);
+    let inputs = Inputs {
+        surroundings: surroundings(scene, world, &materials, view, &cameras.light_grids, cameras.scene_grid),
+        world: world.clone(),
+        pose,
+        deformers: stale::deformers(scene),
+        materials,
+        grids: cameras.grids.clone(),
+        voxelizer: scene.voxelizer.clone(),
+        effect: scene.effect,
+        size: request.size,
+        picture_size: request.picture_size,
+        channel: request.channel,
+        view: request.view,
+    };
+    (inputs, cameras)
 }

@@ -5,9 +5,9 @@ struct ComposeSettings {
     position: f32,      // of the slice, 0 … 1
     axis: u32,          // of the slice: 0 = x, 1 = y, 2 = z
     kind: u32,          // of a channel: KIND_*
-    _pad0: u32,
-    _pad1: u32,
-    _pad2: u32,
+    compares: u32,      // 1: `truth` holds the view grid's true voxels
+    filled: u32,        // 1: `interior` holds the view grid's solid
+    _pad: u32,
 }
 
 const KIND_NUMBER: u32 = 0u;

@@ -77,6 +77,8 @@ impl Shown {
             effect: &EffectSettings { exposure: self.exposure, ..EffectSettings::default() },
             view: self.view,
             classes: None,
+            filled: false,
+            truth: None,
         };
         let mut rec = Recorder::new(gpu(), Timing::Off);
         self.compose.record(&mut rec, &input, &target);

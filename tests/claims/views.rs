@@ -8,10 +8,12 @@ use murrine::gpu::{Timing, buffer};
 use murrine::grid::Grid;
 use murrine::march::Channel;
 use murrine::scene::World;
+use murrine::scene::description::Fill;
 use murrine::scene::description::{
     Align, Camera, Cells, GridSettings, Light, LightKind, MaterialOverride, Model, Projection, Scene, Shape, Source,
 };
 use murrine::volume::Record;
+use murrine::voxelize::marked_voxels;
 
 const SIZE: UVec2 = UVec2::new(112, 96);
 const SIGMA: Vec3 = Vec3::new(0.3, 0.9, 1.8);
@@ -262,4 +264,114 @@ fn the_light_volumes_view_is_what_absorption_leaves_at_each_depth() {
         seen.push(dark);
     }
     assert!(seen[0] == 0 && seen[1] > 500 && seen[2] >= seen[1], "cells in the shadow: {seen:?}");
+}
+
+const MISSING: Vec3 = Vec3::new(0.93, 0.20, 0.16);
+const SPURIOUS: Vec3 = Vec3::new(0.22, 0.47, 1.0);
+
+/// The slice across z that is shown, of the 70 of the grid, and the position that shows it.
+const SLICE: u32 = 31;
+const POSITION: f32 = 31.5 / 70.0;
+
+fn pixel_at(index: usize) -> UVec2 {
+    let index = u32::try_from(index).unwrap();
+    UVec2::new(index % SIZE.x, index / SIZE.x)
+}
+
+/// The cell of a slice across z that a pixel shows.
+fn cell_of(grid: &Grid, pixel: UVec2, slice: u32) -> Option<[u32; 3]> {
+    let cells = grid.cells.truncate().as_vec2();
+    let pixels = (SIZE.as_vec2() / cells).min_element();
+    let at = (pixel.as_vec2() + 0.5 - 0.5 * SIZE.as_vec2()) / pixels + 0.5 * cells;
+    let inside = at.cmpge(glam::Vec2::ZERO).all() && at.cmplt(cells).all();
+    let cell = at.max(glam::Vec2::ZERO).as_uvec2();
+    inside.then_some([cell.x, cell.y, slice])
+}
+
+#[test]
+fn a_slice_of_an_eager_fill_shows_the_interiors_own_words() {
+    let mut scene = scene();
+    scene.voxelizer.fill = Fill::Eager;
+    let shown = show(&scene, DebugView::Slice { axis: 2, position: POSITION }, Channel::Beauty);
+    let (grid, occupied) = shown.words(0);
+    let volume = shown.frame.volume();
+    let mut interior: Vec<u32> =
+        buffer::read(gpu(), &volume.interior, u64::from(grid.word_base), grid.word_count() as usize).unwrap();
+    let slice = SLICE;
+    let is_interior = |color: Vec3| is_near(color, Vec3::new(0.20, 0.33, 0.45));
+    let agrees = |interior: &[u32]| {
+        let mut seen = [0, 0];
+        for (i, color) in shown.picture.iter().enumerate() {
+            let pixel = pixel_at(i);
+            let Some(cell) = cell_of(&grid, pixel, slice) else { continue };
+            let bit = |words: &[u32]| words[grid.word_of(cell)] >> (slice & 31) & 1 == 1;
+            let solid = bit(interior) && !bit(&occupied);
+            seen[usize::from(solid)] += 1;
+            if solid != is_interior(*color) {
+                return None;
+            }
+        }
+        Some(seen)
+    };
+    let seen = agrees(&interior).expect("a pixel disagrees with the interior words");
+    assert!(seen[0] > 300 && seen[1] > 300, "{seen:?}");
+    interior[grid.word_of([grid.cells.x / 2, grid.cells.y / 2, slice])] ^= 1 << (slice & 31);
+    assert_eq!(agrees(&interior), None, "one voxel more or less is seen");
+}
+
+#[test]
+fn voxels_held_against_the_truth_are_red_where_missing_and_blue_where_spurious() {
+    let scene = scene();
+    let world = World::load(&scene, None).unwrap();
+    let view = DebugView::Slice { axis: 2, position: POSITION };
+    let mut frame = Frame::new(gpu()).unwrap();
+    let render = |frame: &mut Frame, view| {
+        let (size, channel, timing) = (SIZE, Channel::Beauty, Timing::Off);
+        let request =
+            Request { scene: &scene, world: &world, time_secs: 0.0, size, picture_size: size, channel, view, timing };
+        frame.render(gpu(), &request).unwrap();
+        frame.settle(gpu()).unwrap();
+        frame.render(gpu(), &request).unwrap();
+        let rgba: Vec<[u8; 4]> = buffer::read_texture(gpu(), frame.picture()).unwrap();
+        rgba.into_iter().map(|[r, g, b, _]| Vec3::new(r.into(), g.into(), b.into()) / 255.0).collect::<Vec<_>>()
+    };
+    render(&mut frame, view);
+    let grid = frame.volume().grids[0];
+    let triangles = murrine::voxelize::world_triangles(gpu(), frame.triangles().unwrap(), 0).unwrap();
+    let truth = marked_voxels(&grid, &triangles, scene.voxelizer.separability);
+    let slice = SLICE;
+    // One true voxel is said to be none, one that is none to be true.
+    let bit = |words: &[u32], [x, y]: [u32; 2]| words[grid.word_of([x, y, slice])] >> (slice & 31) & 1 == 1;
+    let row = grid.cells.y / 2;
+    let spurious = (0..grid.cells.x).map(|x| [x, row]).find(|c| bit(&truth, *c)).unwrap();
+    let missing = [grid.cells.x / 2, row];
+    assert!(!bit(&truth, missing));
+    let mut told = truth.clone();
+    for [x, y] in [spurious, missing] {
+        told[grid.word_of([x, y, slice])] ^= 1 << (slice & 31);
+    }
+    let count = |frame: &mut Frame, truth: Option<&[u32]>, view| {
+        frame.hold_against(truth.map(|words| buffer::storage_with(gpu(), "truth", words).unwrap()));
+        let picture = render(frame, view);
+        for (i, color) in picture.iter().enumerate() {
+            let pixel = pixel_at(i);
+            let cell = cell_of(&grid, pixel, slice).map(|[x, y, _]| [x, y]);
+            if matches!(view, DebugView::Slice { .. }) {
+                assert!(!is_near(*color, MISSING) || cell == Some(missing), "{pixel}");
+                assert!(!is_near(*color, SPURIOUS) || cell == Some(spurious), "{pixel}");
+            }
+        }
+        [MISSING, SPURIOUS].map(|what| picture.iter().filter(|c| is_near(**c, what)).count())
+    };
+    let [red, blue] = count(&mut frame, Some(&told), view);
+    assert!(red > 0 && blue > 0, "{red} red, {blue} blue");
+    assert_eq!(count(&mut frame, Some(&truth), view), [0, 0], "an exact method has no faults");
+    assert_eq!(count(&mut frame, None, view), [0, 0], "nothing to hold it against");
+    // As cubes: with nothing true, all is spurious; with all true, the grid is a block of missing ones.
+    let blueish = |picture: &[Vec3]| picture.iter().filter(|c| c.z > 1.4 * c.x && c.z > 0.25).count();
+    frame.hold_against(Some(buffer::storage_with(gpu(), "truth", &vec![0_u32; truth.len()]).unwrap()));
+    assert!(blueish(&render(&mut frame, DebugView::Cubes)) > 500);
+    let reddish = |picture: &[Vec3]| picture.iter().filter(|c| c.x > 2.0 * c.y && c.x > 0.25).count();
+    frame.hold_against(Some(buffer::storage_with(gpu(), "truth", &vec![u32::MAX; truth.len()]).unwrap()));
+    assert!(reddish(&render(&mut frame, DebugView::Cubes)) > 500);
 }
