@@ -324,6 +324,32 @@ impl Triangles {
         })
     }
 
+    /// These triangles as they are now: what is recorded later moves them no more.
+    ///
+    /// # Errors
+    /// When the device refuses a buffer.
+    pub fn standing(&self, gpu: &Gpu) -> Result<Self, GpuError> {
+        let vertices = buffer::with_usage(gpu, "vertices", self.vertices.size(), self.vertices.usage())?;
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("standing") });
+        encoder.copy_buffer_to_buffer(&self.vertices, 0, &vertices, 0, self.vertices.size());
+        gpu.queue.submit([encoder.finish()]);
+        Ok(Self {
+            vertices,
+            indices: self.indices.clone(),
+            rest_vertices: self.rest_vertices.clone(),
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+            neighbors: self.neighbors.clone(),
+            vertex_count: self.vertex_count,
+            triangle_count: self.triangle_count,
+            part_flags: self.part_flags.clone(),
+            samplings: self.samplings.clone(),
+            rooms: Vec::new(),
+            motion: None,
+        })
+    }
+
     /// As [`Triangles::still`]; `place` tells a vertex's part and the position by which triangles are neighbours.
     fn placed(
         gpu: &Gpu,

@@ -7,6 +7,7 @@
 pub mod actions;
 pub mod fallback;
 pub mod history;
+pub mod laboratory;
 pub mod loader;
 pub mod notices;
 pub mod orbit;

@@ -19,6 +19,8 @@ pub struct Painter {
     configured: bool,
     renderer: egui_wgpu::Renderer,
     blit: Blit,
+    /// What is at the right of the wipe.
+    blit_beside: Blit,
 }
 
 /// Draws the picture.
@@ -70,8 +72,8 @@ impl Painter {
         // No dithering: the picture's bytes go to the screen unchanged.
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         let renderer = egui_wgpu::Renderer::new(&gpu.device, config.format, options);
-        let blit = Blit::new(gpu, config.format)?;
-        Ok(Self { surface, config, configured: false, renderer, blit })
+        let (blit, blit_beside) = (Blit::new(gpu, config.format)?, Blit::new(gpu, config.format)?);
+        Ok(Self { surface, config, configured: false, renderer, blit, blit_beside })
     }
 
     /// Goes on with another surface of the same window.
@@ -117,7 +119,7 @@ impl Painter {
     }
 
     fn paint_shapes(&mut self, gpu: &Gpu, window: &Window, ctx: &egui::Context, input: PaintInput<'_>) -> Painted {
-        let PaintInput { shapes, pixels_per_point, picture, place, .. } = input;
+        let PaintInput { shapes, pixels_per_point, picture, beside, place, .. } = input;
         if self.config.width == 0 || self.config.height == 0 {
             return Painted::Nowhere;
         }
@@ -159,7 +161,11 @@ impl Painter {
             })
             .forget_lifetime();
         if let Some(picture) = picture {
-            self.blit.draw(gpu, &mut pass, picture, place, size_in_pixels);
+            self.blit.draw(gpu, &mut pass, picture, place, place.left(), size_in_pixels);
+        }
+        if let Some((picture, wipe)) = beside {
+            let from = place.left() + wipe * place.width();
+            self.blit_beside.draw(gpu, &mut pass, picture, place, from, size_in_pixels);
         }
         self.renderer.render(&mut pass, &jobs, &screen);
         drop(pass);
@@ -224,6 +230,7 @@ impl Blit {
         pass: &mut wgpu::RenderPass<'_>,
         picture: &wgpu::Texture,
         place: egui::Rect,
+        from: f32,
         target: [u32; 2],
     ) {
         let group = match &self.bound {
@@ -244,7 +251,11 @@ impl Blit {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.set_viewport(place.min.x, place.min.y, place.width(), place.height(), 0.0, 1.0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the window")]
+            let from = from.clamp(0.0, window.max.x) as u32;
+            pass.set_scissor_rect(from, 0, target[0] - from, target[1]);
             pass.draw(0..3, 0..1);
+            pass.set_scissor_rect(0, 0, target[0], target[1]);
         }
         self.bound = Some((picture.clone(), group));
     }
@@ -261,6 +272,8 @@ pub struct PaintInput<'a> {
     pub pixels_per_point: f32,
     /// The picture, if there is one.
     pub picture: Option<&'a wgpu::Texture>,
+    /// The picture at the right of a wipe, and where that stands: 0 to 1 across the place.
+    pub beside: Option<(&'a wgpu::Texture, f32)>,
     /// Its place, pixels.
     pub place: egui::Rect,
 }

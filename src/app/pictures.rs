@@ -6,7 +6,7 @@ use super::resolution::Resolution;
 use super::session::Session;
 use crate::compose::DebugView;
 use crate::frame::{Frame, Request};
-use crate::gpu::{Gpu, GpuError, StageTimes, Timing};
+use crate::gpu::{Gpu, GpuError, StageTimes, Timing, buffer};
 use crate::march::Channel;
 use crate::scene::Scene;
 use glam::UVec2;
@@ -25,13 +25,16 @@ struct Content {
     full: UVec2,
     channel: Channel,
     view: DebugView,
+    beside: Option<String>,
+    is_held: bool,
 }
 
 impl Content {
     fn of(session: &Session, full: UVec2) -> Self {
         let (channel, view) = session.view.request(session.scene.effect.max_events);
         let (scene, world_number) = (session.scene.clone(), session.world_number);
-        Self { scene, world_number, time_secs: time_of(session), full, channel, view }
+        let (beside, is_held) = (session.laboratory.beside.clone(), session.held().is_some());
+        Self { scene, world_number, time_secs: session.time_secs(), full, channel, view, beside, is_held }
     }
 
     /// True when this is what is to be shown, the time aside.
@@ -39,12 +42,9 @@ impl Content {
         self.world_number == session.world_number
             && (self.full, (self.channel, self.view)) == (full, session.view.request(session.scene.effect.max_events))
             && self.scene == session.scene
+            && self.beside == session.laboratory.beside
+            && self.is_held == session.held().is_some()
     }
-}
-
-/// Now, where time changes the picture.
-fn time_of(session: &Session) -> f64 {
-    if session.timeline.moves() { session.timeline.time_secs } else { 0.0 }
 }
 
 /// What was measured of the last frame.
@@ -78,6 +78,8 @@ struct Flight {
 #[derive(Debug)]
 pub struct Pictures {
     frame: Frame,
+    /// That of the method at the right of the wipe.
+    beside: Option<Frame>,
     resolution: Resolution,
     parts: Parts,
     waiter: Sender<()>,
@@ -134,6 +136,7 @@ impl Pictures {
             .map_err(|e| GpuError::Lost(format!("no thread to wait for it: {e}")))?;
         Ok(Self {
             frame,
+            beside: None,
             resolution: Resolution::default(),
             parts: Parts::whole(),
             waiter,
@@ -161,6 +164,7 @@ impl Pictures {
     pub fn replace(&mut self, frame: Frame) {
         self.standing = self.picture().cloned();
         self.frame = frame;
+        self.beside = None;
         self.shown = None;
         self.failed = None;
     }
@@ -169,6 +173,13 @@ impl Pictures {
     #[must_use]
     pub fn picture(&self) -> Option<&wgpu::Texture> {
         if self.shown.is_some() { Some(self.frame.picture()) } else { self.standing.as_ref() }
+    }
+
+    /// The picture at the right of the wipe, if there is one.
+    #[must_use]
+    pub fn picture_beside(&self) -> Option<&wgpu::Texture> {
+        let (shown, _) = self.shown.as_ref()?;
+        shown.beside.as_ref().and(self.beside.as_ref()).map(Frame::picture)
     }
 
     /// The frame, for its counts.
@@ -219,7 +230,7 @@ impl Pictures {
             return Ok(Next::AtRest);
         }
         let (channel, view) = session.view.request(session.scene.effect.max_events);
-        let time_secs = time_of(session);
+        let time_secs = session.time_secs();
         let shown = self.shown.as_ref();
         let same = shown.is_some_and(|(c, _)| c.is_of(session, full) && c.time_secs.to_bits() == time_secs.to_bits());
         if !same {
@@ -279,7 +290,11 @@ impl Pictures {
             view: order.view,
             timing,
         };
+        let truth = session.held().filter(|_| order.view != DebugView::None);
+        let truth = truth.map(|held| buffer::storage_with(gpu, "truth", &held.truth)).transpose()?;
+        self.frame.hold_against(truth.clone());
         let stages = self.frame.render_part(gpu, &request, self.parts.rows())?;
+        self.render_beside(gpu, session, request, truth)?;
         self.again = false;
         self.failed = None;
         if !stages.is_empty() {
@@ -293,12 +308,35 @@ impl Pictures {
         Ok(())
     }
 
+    /// Renders what is at the right of the wipe.
+    fn render_beside(
+        &mut self,
+        gpu: &Gpu,
+        session: &Session,
+        request: Request<'_>,
+        truth: Option<wgpu::Buffer>,
+    ) -> Result<(), GpuError> {
+        let Some(voxelizer) = session.laboratory.settings_beside(&session.scene.voxelizer) else {
+            self.beside = None;
+            return Ok(());
+        };
+        let scene = Scene { voxelizer, ..session.scene.clone() };
+        let mut frame = match self.beside.take() {
+            Some(frame) => frame,
+            None => Frame::new(gpu)?,
+        };
+        frame.hold_against(truth);
+        frame.render_part(gpu, &Request { scene: &scene, timing: Timing::Off, ..request }, self.parts.rows())?;
+        self.beside = Some(frame);
+        Ok(())
+    }
+
     /// The device has finished the frame in flight.
     pub fn finished(&mut self, gpu: &Gpu) {
         let Some(flight) = self.flight.take() else { return };
         let part_ms = flight.started.elapsed().as_secs_f64() * 1e3;
         self.parts.measured(part_ms);
-        let has_room = self.frame.had_room(gpu);
+        let has_room = self.frame.had_room(gpu) & self.beside.as_mut().is_none_or(|frame| frame.had_room(gpu));
         self.again = !has_room;
         if !self.frame.is_whole() {
             tracing::debug!(part_ms, record_ms = flight.record_ms, rows = self.parts.rows(), "part");

@@ -3,6 +3,7 @@
 //! Knows neither window nor device, so that all of it can be tested without.
 
 use super::history::History;
+use super::laboratory::{Held, Key, Laboratory};
 use super::loader::{Answer, Loaded, Reason};
 use super::notices::{Notices, Severity, Topic};
 use super::orbit;
@@ -29,6 +30,8 @@ pub struct Session {
     pub timeline: Timeline,
     /// What is shown of it.
     pub view: View,
+    /// What voxels are held against.
+    pub laboratory: Laboratory,
     /// What the user should know.
     pub notices: Notices,
     /// Edits.
@@ -40,6 +43,19 @@ pub struct Session {
 }
 
 impl Session {
+    /// Now, where time changes the picture.
+    #[must_use]
+    pub fn time_secs(&self) -> f64 {
+        if self.timeline.moves() { self.timeline.time_secs } else { 0.0 }
+    }
+
+    /// What the voxels that are shown came to, where that is known and asked for.
+    #[must_use]
+    pub fn held(&self) -> Option<&Held> {
+        let held = self.laboratory.held.as_ref().filter(|_| self.laboratory.holds)?;
+        (held.key == Key::of(self, self.time_secs())).then_some(held)
+    }
+
     /// Name for titles and pictures: the file's, without its ending.
     #[must_use]
     pub fn name(&self) -> String {

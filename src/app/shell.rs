@@ -1,6 +1,7 @@
 //! The event loop. It sleeps until something happens: an input, a finished frame, a file, a moment that was asked for.
 
 use super::actions::{self, ActionId};
+use super::laboratory::{self, Held, Key};
 use super::loader::{Answer, Job, Loader, Reason};
 use super::notices::{Severity, Topic};
 use super::painter::{PaintInput, Painted};
@@ -51,6 +52,8 @@ pub(super) enum Event {
     Complaint(String),
     /// Shaders were compiled, or not: of which compilation, from where.
     Compiled(u64, ShaderLibrary, Box<Result<Frame, GpuError>>),
+    /// The truth of a frame is known, or could not be worked out.
+    Held(Box<Result<Held, GpuError>>),
     /// A screenshot was written, or not.
     Shot(Result<PathBuf, String>),
 }
@@ -183,6 +186,17 @@ impl ApplicationHandler<Event> for Shell {
             }
             Event::Compiled(number, shaders, result) if number == self.compilation => self.compiled(shaders, *result),
             Event::Compiled(..) => {}
+            Event::Held(result) => {
+                let laboratory = &mut self.session.laboratory;
+                match *result {
+                    Ok(held) => laboratory.held = Some(held),
+                    Err(error) => {
+                        laboratory.holds = false;
+                        self.session.notices.tell(Topic::Frame, Severity::Error, error.to_string());
+                    }
+                }
+                self.session.laboratory.asked = None;
+            }
             Event::Shot(Ok(path)) => {
                 let text = format!("screenshot: {}", path.display());
                 self.session.notices.tell(Topic::Files, Severity::Done, text);
@@ -304,6 +318,7 @@ impl Shell {
         let mut input = opened.egui.take_egui_input(&opened.window);
         let mut commands: Vec<Command> = take_keys(&ctx, &mut input, &mut self.held_keys);
         let picture = opened.pictures.picture().cloned();
+        let beside = opened.pictures.picture_beside().cloned();
         let mut stage = Stage {
             session: &mut self.session,
             chrome: &mut self.chrome,
@@ -321,6 +336,7 @@ impl Shell {
         commands.append(&mut stage.commands);
         opened.egui.handle_platform_output_with_event_loop(&opened.window, event_loop, output.platform_output);
         let (place, times_on_view) = shown;
+        let wipe = stage.session.laboratory.wipe;
         let place = (place * output.pixels_per_point).round();
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         let pixels_per_point = output.pixels_per_point;
@@ -329,6 +345,7 @@ impl Shell {
             textures: output.textures_delta,
             pixels_per_point,
             picture: picture.as_ref(),
+            beside: beside.as_ref().map(|texture| (texture, wipe)),
             place,
         };
         let ui_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -363,9 +380,41 @@ impl Shell {
         match next {
             Next::SharpenAt(at) => self.redraw_after(at.saturating_duration_since(Instant::now())),
             Next::AtRest if self.shot => self.take_shot(),
+            Next::AtRest if self.wants_truth() => self.ask_for_truth()?,
             Next::AtRest if self.session.timeline.is_running() => self.redraw_after(RETRY),
             Next::InFlight | Next::AtRest => {}
         }
+        Ok(())
+    }
+
+    /// True when the voxels at rest are to be held against a truth that is not known, and nobody works on one.
+    fn wants_truth(&self) -> bool {
+        let laboratory = &self.session.laboratory;
+        laboratory.holds
+            && laboratory.asked.is_none()
+            && self.session.held().is_none()
+            && !self.session.timeline.is_running()
+    }
+
+    /// Has the truth of the frame at rest worked out on a thread of its own.
+    fn ask_for_truth(&mut self) -> Result<(), GpuError> {
+        let Some(opened) = &self.opened else { return Ok(()) };
+        let frame = opened.pictures.frame();
+        let (Some(triangles), Some(grid)) = (frame.triangles(), frame.volume().grids.first()) else { return Ok(()) };
+        let session = &mut self.session;
+        let own = session.scene.voxelizer.clone();
+        let beside = session.laboratory.settings_beside(&own);
+        let key = Key::of(session, session.time_secs());
+        session.laboratory.asked = Some(key.clone());
+        let job = laboratory::Job {
+            key,
+            gpu: opened.gpu.with_shaders(opened.gpu.shaders.clone()),
+            triangles: triangles.standing(&opened.gpu)?,
+            grid: *grid,
+            settings: std::iter::once(own).chain(beside).collect(),
+        };
+        let proxy = self.proxy.clone();
+        std::thread::spawn(move || proxy.send(Event::Held(Box::new(job.run()))));
         Ok(())
     }
 

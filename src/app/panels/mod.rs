@@ -4,6 +4,7 @@ mod effect;
 mod grid;
 mod help;
 mod icons;
+mod laboratory;
 mod leaving;
 mod lights;
 mod materials;
@@ -164,6 +165,7 @@ fn sections(ui: &mut Ui, stage: &mut Stage<'_>) -> bool {
         section(ui, "View", true, |ui| view::show(ui, stage));
         section(ui, "Effect", all, |ui| effect::show(ui, stage.session));
         section(ui, "Voxelizer", all, |ui| voxelizer::show(ui, stage));
+        section(ui, "Laboratory", all, |ui| laboratory::show(ui, stage));
         section(ui, "Grids", all, |ui| grid::show(ui, stage));
         section(ui, "Lights", all, |ui| lights::show(ui, &mut stage.session.scene));
         times_on_view = section(ui, "Times and memory", all, |ui| stats::show(ui, stage));
@@ -201,10 +203,13 @@ fn picture(ui: &mut Ui, stage: &mut Stage<'_>) -> Rect {
             }
         });
     }
+    let wiping = laboratory::wipe(ui, stage, place, &response);
     let camera = &mut stage.session.scene.camera;
     let by = response.drag_delta() / place.height();
     let shift = ui.input(|i| i.modifiers.shift);
-    if response.dragged_by(PointerButton::Middle) || (response.dragged_by(PointerButton::Primary) && shift) {
+    if wiping {
+        // The drag is the wipe's.
+    } else if response.dragged_by(PointerButton::Middle) || (response.dragged_by(PointerButton::Primary) && shift) {
         super::orbit::pan(camera, glam::Vec2::new(by.x, by.y));
     } else if response.dragged_by(PointerButton::Primary) && by != egui::Vec2::ZERO {
         super::orbit::orbit(camera, -by.x * ORBIT_RAD, by.y * ORBIT_RAD);
