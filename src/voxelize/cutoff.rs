@@ -252,8 +252,8 @@ mod tests {
             assert!(small > exp(1), "70,000 triangles of half a cell² go to threads");
             let huge = octave_for(&sizes(&[(16, 1)]), costs);
             assert!(huge <= exp(16), "one triangle of 2¹⁴ cells² goes to fragments");
-            let both = octave_for(&sizes(&[(1, 70_000), (17, 1)]), costs);
-            assert!((exp(2)..=exp(17)).contains(&both), "{both}");
+            let both = octave_for(&sizes(&[(1, 70_000), (20, 1)]), costs);
+            assert!((exp(2)..=exp(20)).contains(&both), "{both}");
         }
     }
 }
