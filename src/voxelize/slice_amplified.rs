@@ -30,7 +30,7 @@ use crate::scene::material::PartMaterial;
 const SHADER: &str = "voxelize/slice_amplified.wgsl";
 
 /// Copies that the list holds for each triangle, on average, and the bounds of its size.
-const COPIES_PER_TRIANGLE: u32 = 4;
+const COPIES_PER_TRIANGLE: u32 = 8;
 const COPIES_RANGE: (u32, u32) = (1 << 16, 1 << 22);
 
 /// Byte offset of `listed` in the shader's `Draw`.
