@@ -75,7 +75,7 @@ impl<'g> VoxelSlabs<'g> {
     /// As [`VoxelSlabs::new`] for triangles that stand on the device already, and slabs cut by [`Grid::slabs`].
     ///
     /// # Errors
-    /// When the device refuses a buffer, or is lost.
+    /// When the device refuses a buffer, or is lost, or the method can't fill slabs.
     pub fn of_triangles(
         gpu: &'g Gpu,
         triangles: Triangles,
@@ -84,6 +84,12 @@ impl<'g> VoxelSlabs<'g> {
         solid: bool,
     ) -> Result<Self, GpuError> {
         let method = voxelize::method(&settings.method)?;
+        if solid && slabs.len() > 1 && voxelize::scans_whole_columns(method) {
+            return Err(GpuError::Setting(format!(
+                "`{}` fills by scanning whole columns, and this grid is worked in slabs; choose another voxelizer or fewer cells",
+                method.name
+            )));
+        }
         Ok(Self {
             gpu,
             settings: VoxelizerSettings { fill: if solid { Fill::Eager } else { settings.fill }, ..settings.clone() },

@@ -148,6 +148,12 @@ pub const METHODS: &[Method] = &[
     cpu_exact::METHOD,
 ];
 
+/// Whether the method scans whole columns for the interior, so that a slab of a grid will not do.
+#[must_use]
+pub fn scans_whole_columns(method: &Method) -> bool {
+    method.name == three_axis::METHOD.name
+}
+
 /// The method of this name.
 ///
 /// # Errors

@@ -293,7 +293,7 @@ fn the_doctor_names_adapter_driver_and_what_works() {
 
 #[test]
 fn the_benchmark_advances_the_time_and_its_stages_add_up_to_the_wall_clock() {
-    let arguments = ["bench", "--only", "scene-sized sheet", "--iterations", "3", "--adapter", "software"];
+    let arguments = ["bench", "--only", "one scene-sized triangle", "--iterations", "3", "--adapter", "software"];
     let output = run(&[&arguments[..], &["--json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();

@@ -72,13 +72,21 @@ fn every_method_marks_and_fills_in_slabs_what_it_does_at_once() {
     for method in voxelize::METHODS {
         let settings = settings_of(method.name);
         for solid in [false, true] {
+            if solid && voxelize::scans_whole_columns(method) {
+                let triangles = upload_to(gpu(), &ring());
+                let refused = VoxelSlabs::of_triangles(gpu(), triangles, &settings, slabs.clone(), true).unwrap_err();
+                assert!(refused.to_string().contains("choose another voxelizer"), "{refused}");
+                continue;
+            }
             let lists = [at_once.clone(), slabs.clone(), moved.clone()];
             let [whole, cut, moved] = marked_in(gpu(), &settings, &lists, solid);
             let count = whole.iter().filter(|v| **v == 1).count();
             assert!(count > 2_000, "{}, solid {solid}: {count}", method.name);
             let changed = differing(&whole, &cut);
-            // A slab's depths are smaller numbers, rounded finer; none differed where this was written.
-            assert!(changed.len() <= 1 + count / 10_000, "{}, solid {solid}: {}", method.name, changed.len());
+            // A slab's depths are smaller numbers, rounded finer. A raster seen from the side ends at the slab, where the
+            // rasterizer cuts triangles and rounds the cut to 1/256 pixel.
+            let share = if voxelize::scans_whole_columns(method) { 200 } else { 10_000 };
+            assert!(changed.len() <= 1 + count / share, "{}, solid {solid}: {}", method.name, changed.len());
             if method.promise == Promise::Exact && !solid {
                 assert!(changed.iter().all(|i| ties[*i] == 1), "{}: {changed:?}", method.name);
             }
