@@ -34,7 +34,8 @@ impl VoxelCameras {
             .map(|((_, material), bounds)| (material.opaque, *bounds))
             .collect();
         let bounds = glass_and_near(&voxelized);
-        let (view, warning) = Grid::for_camera(&scene.grid, &scene.camera, &bounds);
+        let seen = scene.grid.region.map_or(bounds, |region| region.bounds());
+        let (view, warning) = Grid::for_camera(&scene.grid, &scene.camera, &seen);
         cameras.grids.push(view);
         cameras.warnings.extend(warning);
 
@@ -44,6 +45,7 @@ impl VoxelCameras {
                 cells: Cells::Longest(SCENE_GRID_CELLS),
                 align: Align::World,
                 projection: Projection::Orthographic,
+                region: None,
             };
             let (mut grid, _) = Grid::for_camera(&settings, &scene.camera, &opaque);
             grid.required_flags = flags::OPAQUE;

@@ -98,11 +98,30 @@ pub struct GridSettings {
     pub align: Align,
     /// Projection.
     pub projection: Projection,
+    /// The view's grid alone: only what lies in this box of the world is voxelized, at full resolution (DO §5.1).
+    pub region: Option<Region>,
+}
+
+/// A box of the world, `min` below `max` in every axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Lower corner.
+    pub min: Vec3,
+    /// Upper corner.
+    pub max: Vec3,
+}
+
+impl Region {
+    /// As bounds.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        Bounds { min: self.min.as_dvec3(), max: self.max.as_dvec3() }
+    }
 }
 
 impl Default for GridSettings {
     fn default() -> Self {
-        Self { cells: Cells::Longest(128), align: Align::Camera, projection: Projection::Orthographic }
+        Self { cells: Cells::Longest(128), align: Align::Camera, projection: Projection::Orthographic, region: None }
     }
 }
 

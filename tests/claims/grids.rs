@@ -9,7 +9,7 @@ use murrine::grid::{Grid, ORTHOGRAPHIC, PERSPECTIVE};
 use murrine::scene::description::{Align, Bounds, Camera, Cells, GridSettings, Light, LightKind, Projection};
 
 fn settings(cells: Cells, align: Align, projection: Projection) -> GridSettings {
-    GridSettings { cells, align, projection }
+    GridSettings { cells, align, projection, region: None }
 }
 
 fn bounds_at(center: DVec3, half: DVec3) -> Bounds {

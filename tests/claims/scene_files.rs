@@ -3,7 +3,7 @@
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
     Align, Background, Blending, Cells, Classify, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light,
-    LightKind, MaterialOverride, Model, Projection, Refraction, Scene, Separability, Shadow, Shape, SizeMeasure,
+    LightKind, MaterialOverride, Model, Projection, Region, Refraction, Scene, Separability, Shadow, Shape, SizeMeasure,
     Source,
 };
 use murrine::scene::file;
@@ -140,9 +140,14 @@ fn unusual() -> Scene {
         cells: Cells::Each(UVec3::new(16, 100, 512)),
         align: Align::World,
         projection: Projection::Orthographic,
+        region: Some(Region { min: Vec3::new(-1.5, 0.0, 0.25), max: Vec3::splat(2.0) }),
     };
-    scene.light_grid =
-        GridSettings { cells: Cells::Longest(99), align: Align::Camera, projection: Projection::Perspective };
+    scene.light_grid = GridSettings {
+        cells: Cells::Longest(99),
+        align: Align::Camera,
+        projection: Projection::Perspective,
+        region: None,
+    };
     scene.voxelizer.method = "cpu-exact".into();
     scene.voxelizer.separability = Separability::Six;
     scene.voxelizer.fill = Fill::Eager;

@@ -3,7 +3,7 @@
 mod expressions;
 
 use crate::gpu;
-use crate::support::{render_with, scene_of};
+use crate::support::{Rendered, glass, render_with, scene_of};
 use glam::{DVec3, UVec2, UVec3, Vec3};
 use murrine::compose::DebugView;
 use murrine::frame::{Frame, Request};
@@ -11,7 +11,7 @@ use murrine::gpu::{Timing, buffer};
 use murrine::grid::Grid;
 use murrine::headless;
 use murrine::march::Channel;
-use murrine::scene::description::{MaterialOverride, Model, Source};
+use murrine::scene::description::{Cells, GridSettings, Hit, MaterialOverride, Model, Region, Shape, Source};
 use murrine::scene::expression::{Dual, Expression, Number};
 use murrine::scene::geometry::Geometry;
 use murrine::scene::implicit::Implicit;
@@ -304,4 +304,36 @@ fn a_surface_is_cut_flat_at_the_faces_of_its_box() {
     assert_eq!((least, most), (Vec3::NEG_ONE, Vec3::ONE));
     // Its edges are bevelled by no more than a cell.
     assert!(volume(&cube) > 7.8 && volume(&cube) <= 8.0 + 1e-6, "{}", volume(&cube));
+}
+
+#[test]
+fn a_region_is_voxelized_at_full_resolution_and_what_lies_in_it_looks_as_if_alone() {
+    let ball = |name: &str, x: f32| Model {
+        name: name.to_owned(),
+        translate: Vec3::new(x, 0.0, 0.0),
+        ..glass(name, Shape::Icosphere { radius: 1.0, subdivisions: 4 }, 1.4, Vec3::ONE)
+    };
+    let mut frame = Frame::new(gpu()).unwrap();
+    let mut shown = |models: Vec<Model>, region: Option<Region>| {
+        let mut scene = scene_of(models);
+        scene.camera.eye = Vec3::new(0.0, 0.0, 9.0);
+        scene.effect.hit = Hit::Voxel; // whose pictures hang on the grid
+        scene.grid = GridSettings { cells: Cells::Longest(48), region, ..GridSettings::default() };
+        let world = World::load(&scene, None).unwrap();
+        let picture = render_with(&mut frame, &scene, &world, UVec2::splat(64), Channel::ExitDirection);
+        (picture, frame.volume().grids[0])
+    };
+    let whole = || vec![ball("here", 0.0), ball("beside", 8.0)];
+    let region = Region { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) };
+    let (alone, alone_grid) = shown(vec![ball("here", 0.0)], None);
+    let (inside, inside_grid) = shown(whole(), Some(region));
+    let (coarse, coarse_grid) = shown(whole(), None);
+    assert!(inside_grid.cell_size <= alone_grid.cell_size && coarse_grid.cell_size > 3.0 * alone_grid.cell_size);
+    let apart = |picture: &Rendered| {
+        let middle = (16..48).flat_map(|y| (16..48).map(move |x| (x, y)));
+        middle.filter(|&(x, y)| picture.channel_at(x, y).distance(alone.channel_at(x, y)) > 2e-3).count()
+    };
+    let (by_region, by_all) = (apart(&inside), apart(&coarse));
+    assert!(by_region <= 4, "{by_region} rays differ");
+    assert!(by_all > 10 * (by_region + 1), "the coarse grid must show: {by_all} against {by_region}");
 }

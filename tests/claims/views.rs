@@ -23,7 +23,7 @@ const SUN: Vec3 = Vec3::new(0.36, -0.8, 0.48);
 fn scene() -> Scene {
     let material = MaterialOverride { ior: Some(1.0), sigma: Some(SIGMA), ..MaterialOverride::default() };
     let source = Source::Shape(Shape::Icosphere { radius: 1.0, subdivisions: 5 });
-    let grid = |cells| GridSettings { cells, align: Align::Camera, projection: Projection::Orthographic };
+    let grid = |cells| GridSettings { cells, ..GridSettings::default() };
     Scene {
         models: vec![Model { source, materials: vec![material], ..Model::default() }],
         lights: vec![Light { kind: LightKind::Directional { direction: SUN }, ..Light::default() }],

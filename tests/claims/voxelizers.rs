@@ -248,7 +248,7 @@ fn turned(cells: UVec3) -> Grid {
 /// A perspective grid about the same box, seen from a corner.
 fn in_perspective(cells: UVec3) -> Grid {
     let settings =
-        GridSettings { cells: Cells::Each(cells), align: Align::Camera, projection: Projection::Perspective };
+        GridSettings { cells: Cells::Each(cells), projection: Projection::Perspective, ..GridSettings::default() };
     let camera = Camera { eye: Vec3::new(2.5, 1.9, 2.2), target: Vec3::ZERO, ..Camera::default() };
     let (grid, warning) = Grid::for_camera(&settings, &camera, &Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE });
     assert_eq!((grid.projection, warning), (PERSPECTIVE, None));

@@ -4,7 +4,7 @@ use super::paths;
 use super::section::{FARTHEST, OneOrThree, Section, Text, unavailable, unknown};
 use crate::scene::description::{
     ANGULAR_RADIUS_DEG, Align, Background, CELLS, Camera, Cells, Deformer, EffectSettings, GridSettings, Light,
-    LightKind, MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Scene, Separability, Shape, Source,
+    LightKind, MAX_LIGHTS, MAX_PLANES, MaterialOverride, Model, Projection, Region, Scene, Separability, Shape, Source,
     VoxelizerSettings,
 };
 use crate::scene::implicit::Implicit;
@@ -106,6 +106,7 @@ fn grid(mut from: Section<'_>) -> Result<GridSettings, SceneError> {
         cells: cells(&mut from)?,
         align: from.word("align")?.unwrap_or_default(),
         projection: from.word("projection")?.unwrap_or_default(),
+        region: from.table("region")?.map(region).transpose()?,
     };
     if grid.align == Align::World && grid.projection == Projection::Perspective {
         let what = "a perspective grid can't be aligned with the world; write projection = \"orthographic\"";
@@ -115,6 +116,12 @@ fn grid(mut from: Section<'_>) -> Result<GridSettings, SceneError> {
     Ok(grid)
 }
 
+fn region(mut from: Section<'_>) -> Result<Region, SceneError> {
+    let (min, max) = corners(&mut from, 1.0)?;
+    from.finish()?;
+    Ok(Region { min, max })
+}
+
 fn light_grid(mut from: Section<'_>) -> Result<GridSettings, SceneError> {
     let cells = cells(&mut from)?;
     if from.word::<Align>("align")? == Some(Align::World) {
@@ -122,7 +129,7 @@ fn light_grid(mut from: Section<'_>) -> Result<GridSettings, SceneError> {
     }
     let projection = from.word("projection")?.unwrap_or_default();
     from.finish()?;
-    Ok(GridSettings { cells, align: Align::Camera, projection })
+    Ok(GridSettings { cells, align: Align::Camera, projection, region: None })
 }
 
 fn voxelizer(mut from: Section<'_>, methods: &[&str]) -> Result<VoxelizerSettings, SceneError> {

@@ -2,8 +2,8 @@
 
 use super::read::{AXES, BACKGROUNDS, DEFORMERS, LIGHTS, shape_name};
 use crate::scene::description::{
-    Background, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind, MaterialOverride, Model, Scene,
-    Separability, Shape, Source, VoxelizerSettings,
+    Background, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind, MaterialOverride, Model, Region,
+    Scene, Separability, Shape, Source, VoxelizerSettings,
 };
 use crate::scene::expression::Expression;
 use crate::scene::implicit::Implicit;
@@ -100,7 +100,12 @@ fn grid(grid: &GridSettings) -> Table {
         Cells::Each(cells) => Value::Array(cells.to_array().into_iter().map(i64::from).collect()),
     };
     let lines = Lines::default().with("cells", cells);
-    lines.with("align", grid.align.word()).with("projection", grid.projection.word()).0
+    let region = |r: Region| Value::InlineTable([("min", vector(r.min)), ("max", vector(r.max))].into_iter().collect());
+    lines
+        .with("align", grid.align.word())
+        .with("projection", grid.projection.word())
+        .with_some("region", grid.region.map(region))
+        .0
 }
 
 fn voxelizer(voxelizer: &VoxelizerSettings) -> Table {
