@@ -86,12 +86,26 @@ fn crossed_of(a: vec3f, b: vec3f, c: vec3f) -> Crossed {
     return t;
 }
 
-fn toggle_columns(t: Crossed, walk: ColumnWalk) {
+// Toggles operands of bodies, each in words of its own, instead of all other parts in the grid's.
+override by_operand: bool = false;
+const NO_WORDS: u32 = 0xffffffffu;
+
+// The first of the words that a triangle toggles.
+fn toggled_words(triangle: u32) -> u32 {
+    let operand = materials[vertices[indices[3u * triangle]].part].flags >> OPERAND_SHIFT;
+    if by_operand {
+        let g = grid_index.x;
+        let count = grids[g].cells.x * grids[g].cells.y * grids[g].words_per_column;
+        return select(NO_WORDS, (operand - 1u) * count, operand != 0u);
+    }
+    return select(NO_WORDS, grids[grid_index.x].word_base, operand == 0u);
+}
+
+fn toggle_columns(t: Crossed, walk: ColumnWalk, words: u32) {
     let g = grid_index.x;
     let across = grids[g].cells.x;
     let slices = i32(grids[g].cells.z);
     let per_column = grids[g].words_per_column;
-    let word_base = grids[g].word_base;
     var column = t.lo + walk.first;
     while column.y <= t.hi.y {
         let p = column * SUBCELLS + SUBCELLS / 2;
@@ -108,7 +122,7 @@ fn toggle_columns(t: Crossed, walk: ColumnWalk) {
             let first = max(i32(ceil(depth - 0.5)), 0);
             let number = u32(column.y) * across + u32(column.x);
             if first < slices {
-                atomicXor(&interior[word_base + number * per_column + (u32(first) >> 5u)], word_bit(u32(first)));
+                atomicXor(&interior[words + number * per_column + (u32(first) >> 5u)], word_bit(u32(first)));
             } else {
                 atomicXor(&chunk_sums[number >> 5u], 1u << (number & 31u));
             }
@@ -123,8 +137,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     if 3u * triangle + 2u >= arrayLength(&indices) {
         return;
     }
+    let words = toggled_words(triangle);
     let cut = triangle_of(triangle);
-    if cut.pieces == 0u {
+    if cut.pieces == 0u || words == NO_WORDS {
         return;
     }
     let first = crossed_of(cut.a, cut.b, cut.c);
@@ -135,26 +150,27 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         if defer_large(triangle, columns) {
             return;
         }
-        toggle_columns(second, every_column());
+        toggle_columns(second, every_column(), words);
     } else if columns == 0u || defer_large(triangle, columns) {
         return;
     }
-    toggle_columns(first, every_column());
+    toggle_columns(first, every_column(), words);
 }
 
 // A workgroup a share of a large triangle.
 @compute @workgroup_size(64)
 fn large(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) thread: u32) {
     let share = large_shares[workgroup.x];
+    let words = toggled_words(share & 0xffffffu);
     let cut = triangle_of(share & 0xffffffu);
     let first = crossed_of(cut.a, cut.b, cut.c);
     var columns = column_count(first.lo, first.hi);
     if perspective && cut.pieces == 2u {
         let second = crossed_of(cut.a, cut.c, cut.d);
         columns = max(columns, column_count(second.lo, second.hi));
-        toggle_columns(second, share_of_columns(second.lo, second.hi, columns, share >> 24u, thread));
+        toggle_columns(second, share_of_columns(second.lo, second.hi, columns, share >> 24u, thread), words);
     }
-    toggle_columns(first, share_of_columns(first.lo, first.hi, columns, share >> 24u, thread));
+    toggle_columns(first, share_of_columns(first.lo, first.hi, columns, share >> 24u, thread), words);
 }
 
 // A thread a column: toggles into runs.

@@ -31,7 +31,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let number = textureLoad(first_triangle, id.xy, 0).x;
     if number != 0u {
         let first = surface_at(number - 1u, eye, view, 1.0, 0.0, 0.0);
-        if (materials[first.part].flags & FLAG_OPAQUE) != 0u {
+        let flags = materials[first.part].flags;
+        if (flags & FLAG_OPAQUE) != 0u && (flags >> OPERAND_SHIFT) == 0u {
             if first.t < end.t {
                 end = End(first.t, number - 1u, NO_PLANE);
             }

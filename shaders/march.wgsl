@@ -58,6 +58,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var ray: Ray;
     var path: Path;
     var ahead = no_crossing();      // what the ray meets next; at first the rasterized triangle
+    var walked = false;             // or what a walk from the eye finds, where that may not be its body's surface
     loop {
         // The next pixel that sees a triangle. The others need no path.
         while !running && row < row_last {
@@ -75,6 +76,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                     ray.ior = materials[eye_part].ior;
                     ray.sigma = select(vec3f(0.0), materials[eye_part].sigma, settings.absorb != 0u);
                 }
+                walked = (materials[vertices[indices[3u * ahead.triangle]].part].flags >> OPERAND_SHIFT) != 0u;
+                if walked {
+                    let seeker = Seeker(eye, ray.direction, 1e30, ray.media, NO_PART, false, false);
+                    ahead = first_crossing(VIEW, seeker);
+                    running = ahead.found;
+                    if !running {
+                        store_path(pixel, path);
+                    }
+                }
             }
         }
         if !running {
@@ -82,15 +92,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
 
         // The event.
-        let is_first = ray.crossings == 0u;
+        let is_first = path.first_part == 0u;
+        let rasterized = is_first && !walked;
         let orphan = (ahead.triangle & RECORD_ORPHAN) != 0u;
-        let met = triangle_met(ahead.triangle & RECORD_TRIANGLE_MASK, ray.origin, ray.direction, is_first || orphan);
+        let met = triangle_met(ahead.triangle & RECORD_TRIANGLE_MASK, ray.origin, ray.direction, rasterized || orphan);
         let slack = select(PLANE_SLACK_CELLS, TRIANGLE_SLACK_CELLS, met.inside) * grids[VIEW].cell_size;
-        let t_near = select(ahead.t, 1.0, is_first);
-        let t_far = select(ahead.t, 0.0, is_first);
+        let t_near = select(ahead.t, 1.0, rasterized);
+        let t_far = select(ahead.t, 0.0, rasterized);
         var at = surface_at(met.triangle, ray.origin, ray.direction, t_near, t_far,
-                            select(slack, 0.0, is_first));
-        if !is_first {
+                            select(slack, 0.0, rasterized));
+        if !rasterized {
             at.part = ahead.part;
             at.normal = select(at.normal, -at.normal, dot(at.normal, ahead.normal) < 0.0);
             at.front = ahead.front;
@@ -99,17 +110,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             at.t = ahead.t;
             at.normal = ahead.normal;
         }
-        if is_first {
+        let strange = ahead.strange || (is_first && !at.front && !media_has(ray.media, at.part));
+        var ends = false;
+        let is_thin = (materials[at.part].flags & FLAG_THIN_WALL) != 0u;
+        let passes_by = !rasterized && !orphan && (met.turns || (met.ends && is_thin)) && ray.t_plane > ahead.t;
+        if is_first && !passes_by {
             path.first_t = at.t;
             path.first_normal = at.normal;
             path.first_part = at.part + 1u;
             // What a surface within glass mirrors is not drawn.
             path.first_front = at.front && all(ray.media == vec4u(0u));
         }
-        let strange = ahead.strange || (is_first && !at.front && !media_has(ray.media, at.part));
-        var ends = false;
-        let is_thin = (materials[at.part].flags & FLAG_THIN_WALL) != 0u;
-        let passes_by = !is_first && !orphan && (met.turns || (met.ends && is_thin)) && ray.t_plane > ahead.t;
         if passes_by {
             // A record's plane goes on where its surface does not.
             pass_through(ray, &path, ahead.t);

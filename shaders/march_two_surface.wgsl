@@ -54,6 +54,17 @@ fn first_surface(pixel: vec2u, ray: Ray) -> First {
         if first.found {
             first.triangle = number - 1u;
             first.at = surface_at(first.triangle, ray.origin, ray.direction, 1.0, 0.0, 0.0);
+            if (materials[first.at.part].flags >> OPERAND_SHIFT) != 0u {
+                // It may not be its body's surface: that is walked to.
+                let seeker = Seeker(ray.origin, ray.direction, 1e30, vec4u(0u), NO_PART, false, false);
+                let hit = first_crossing(VIEW, seeker);
+                first.found = hit.found;
+                first.triangle = hit.triangle & RECORD_TRIANGLE_MASK;
+                let slack = 0.3 * grids[VIEW].cell_size;
+                let shaded = surface_at(first.triangle, ray.origin, ray.direction, hit.t, hit.t, slack).normal;
+                first.at = Surface(hit.t, shaded, hit.front, hit.part);
+                first.at.normal = select(shaded, -shaded, dot(shaded, hit.normal) < 0.0);
+            }
         }
     }
     return first;

@@ -520,12 +520,14 @@ fn packed_material(material: &Material, of_part: u32, samplings: &[Sampling]) ->
     let opaque = if material.opaque { flags::OPAQUE } else { 0 };
     let thin_wall = if material.thin_wall { flags::THIN_WALL } else { 0 };
     let double_sided = if material.double_sided { flags::DOUBLE_SIDED } else { 0 };
+    let turned = if material.turned { flags::TURNED } else { 0 };
+    let operand = material.operand << flags::OPERAND_SHIFT | turned;
     let unlit = if material.unlit { flags::UNLIT } else { 0 };
     PartMaterial {
         sigma: material.sigma,
         ior: material.ior,
         base_color: material.base_color,
-        flags: of_part | opaque | thin_wall | double_sided | unlit | sampled,
+        flags: of_part | operand | opaque | thin_wall | double_sided | unlit | sampled,
         emissive: material.emissive,
         roughness: material.roughness,
         dispersion: material.dispersion,

@@ -7,7 +7,7 @@
 //! [`papers::CHANG_LAI_2011`]: crate::papers::CHANG_LAI_2011
 
 use crate::animate::{Triangles, Vertex};
-use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Recorder};
+use crate::gpu::{ComputePass, Gpu, GpuError, GpuStruct, Layout, Recorder};
 use crate::grid::{Grid, ORTHOGRAPHIC, PERSPECTIVE};
 use crate::resolve::{LargeTriangles, resources, triangle_resources};
 use crate::scene::material::PartMaterial;
@@ -23,22 +23,29 @@ pub struct FillInterior {
     large: LargeTriangles,
 }
 
+const LAYOUTS: [Layout; 4] = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, GridCounters::LAYOUT];
+
+/// Passes that toggle one bit a crossing: for orthographic grids, then perspective ones; over all triangles, then the
+/// shares of large ones. With `by_operand` those of bodies' operands ([`crate::csg`]), else all others.
+pub(crate) fn toggles(gpu: &Gpu, by_operand: bool) -> Result<[[ComputePass; 2]; 2], GpuError> {
+    let pass = |entry, projection: u32| {
+        let constants = [("perspective", f64::from(projection)), ("by_operand", f64::from(u8::from(by_operand)))];
+        ComputePass::with_constants(gpu, "fill.wgsl", entry, &LAYOUTS, &constants)
+    };
+    let both = |projection| Ok::<_, GpuError>([pass("main", projection)?, pass("large", projection)?]);
+    Ok([both(ORTHOGRAPHIC)?, both(PERSPECTIVE)?])
+}
+
 impl FillInterior {
     /// Compiles the passes.
     ///
     /// # Errors
     /// When a shader is wrong.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let layouts = [Grid::LAYOUT, Vertex::LAYOUT, PartMaterial::LAYOUT, GridCounters::LAYOUT];
-        let pass = |entry, projection: u32| {
-            let constants = [("perspective", f64::from(projection))];
-            ComputePass::with_constants(gpu, "fill.wgsl", entry, &layouts, &constants)
-        };
-        let toggle = |projection| Ok::<_, GpuError>([pass("main", projection)?, pass("large", projection)?]);
         Ok(Self {
-            toggle_by_projection: [toggle(ORTHOGRAPHIC)?, toggle(PERSPECTIVE)?],
-            sweep: ComputePass::new(gpu, "fill.wgsl", "sweep", &layouts)?,
-            mend: ComputePass::new(gpu, "fill.wgsl", "mend", &layouts)?,
+            toggle_by_projection: toggles(gpu, false)?,
+            sweep: ComputePass::new(gpu, "fill.wgsl", "sweep", &LAYOUTS)?,
+            mend: ComputePass::new(gpu, "fill.wgsl", "mend", &LAYOUTS)?,
             large: LargeTriangles::new(gpu)?,
         })
     }

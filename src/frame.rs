@@ -6,6 +6,7 @@
 
 use crate::animate::{Animate, Triangles};
 use crate::compose::{self, Compose, DebugView};
+use crate::csg::{self, Csg};
 use crate::fill::FillInterior;
 use crate::gpu::{Gpu, GpuError, Recorder, StageTimes, Timing};
 use crate::light::LightColumns;
@@ -50,6 +51,7 @@ pub struct Frame {
     voxelizer: Option<(&'static Method, Box<dyn Voxelizer>)>,
     resolve: Resolve,
     fill: FillInterior,
+    csg: Option<Csg>,
     light: LightColumns,
     plane_light: PlaneLight,
     march: March,
@@ -82,6 +84,7 @@ impl Frame {
             voxelizer: None,
             resolve: Resolve::new(gpu)?,
             fill: FillInterior::new(gpu)?,
+            csg: None,
             light: LightColumns::new(gpu)?,
             plane_light: PlaneLight::new(gpu)?,
             triangles: None,
@@ -123,6 +126,7 @@ impl Frame {
         self.last = None; // until this frame is recorded whole
         self.make_ready(gpu, &Request { world, ..*request }, &inputs, &mut stale)?;
         stale.grids_anew(&self.volume.fit(gpu, &cameras.grids)?);
+        self.csg = Csg::for_world(self.csg.take(), gpu, world, &self.volume)?;
         self.warnings = cameras.warnings;
         self.warnings.extend(world.warnings_now(scene));
 
@@ -147,12 +151,13 @@ impl Frame {
             }
             rec.stage("resolve")?;
             for grid in stale_grids() {
-                self.resolve.record(&mut rec, volume, grid, triangles);
+                csg::record_resolve(self.csg.as_ref(), &mut rec, &self.resolve, volume, grid, triangles);
             }
             rec.stage("fill")?;
-            let fills = scene.voxelizer.fill == Fill::Eager && !method.interior;
+            let fills = scene.voxelizer.fill == Fill::Eager && (!method.interior || self.csg.is_some());
             for grid in stale_grids().filter(|_| fills) {
                 self.fill.record(&mut rec, volume, grid, triangles, scene.effect.fill_questionable);
+                self.csg.iter().for_each(|csg| csg.record_interior(&mut rec, volume, grid, triangles));
             }
         }
         if stale.light {

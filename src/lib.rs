@@ -16,6 +16,7 @@ pub mod animate;
 pub mod voxelize;
 pub mod resolve;
 pub mod fill;
+pub mod csg;
 pub mod voxel_list;
 pub mod surroundings;
 pub mod light;

@@ -118,6 +118,11 @@ impl Resolve {
         self.large.record(rec, [&claims.winners, &claims.winners_large], &all, triangles.triangle_count);
     }
 
+    /// `VoxelDispatch` of `lib/volume.inc.wgsl`, three times: how many voxels there are.
+    pub(crate) fn voxel_dispatch(&self) -> &wgpu::Buffer {
+        &self.voxel_dispatch
+    }
+
     fn claims(&self, volume: &Volume, grid: usize) -> Option<&ClaimPasses> {
         volume.grids.get(grid).map(|g| &self.by_projection[usize::from(g.projection == PERSPECTIVE)])
     }

@@ -78,7 +78,8 @@ impl Inputs {
         let materials = world || self.materials != last.materials;
         let animate = world || self.moved(last);
         // Records carry the part and whether it is opaque; all else of a material is looked up when it is met.
-        let marks = |i: &Self| i.materials.iter().map(|m| (m.opaque, m.thin_wall)).collect::<Vec<_>>();
+        let marks =
+            |i: &Self| i.materials.iter().map(|m| (m.opaque, m.thin_wall, m.operand, m.turned)).collect::<Vec<_>>();
         let all_grids = animate || self.voxelizer != last.voxelizer || marks(self) != marks(last);
         let grids: Vec<bool> =
             (0..self.grids.len()).map(|g| all_grids || self.grids.get(g) != last.grids.get(g)).collect();
@@ -114,7 +115,7 @@ impl Inputs {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             _ => false,
         };
-        same(self, last) && same_environment
+        same(self, last) && same_environment && self.world.bodies == last.world.bodies
     }
 
     fn moved(&self, last: &Self) -> bool {

@@ -29,10 +29,11 @@ impl VoxelCameras {
         let mut cameras = Self::default();
         // Analytic planes are met exactly: a ground of 80 units inside the bounds would ruin the cells.
         let plane = |part: &WorldPart| world.models[part.model as usize].parts[part.part as usize].plane_half.is_some();
-        let voxelized: Vec<(bool, Bounds)> = (world.parts.iter().zip(materials).zip(&pose.part_bounds))
-            .filter(|((part, _), bounds)| !plane(part) && !bounds.is_empty())
+        let mut voxelized: Vec<(bool, Bounds)> = (world.parts.iter().zip(materials).zip(&pose.part_bounds))
+            .filter(|((part, material), bounds)| !plane(part) && material.operand == 0 && !bounds.is_empty())
             .map(|((_, material), bounds)| (material.opaque, *bounds))
             .collect();
+        voxelized.extend(bodies(world, materials, pose));
         let bounds = glass_and_near(&voxelized);
         let seen = scene.grid.region.map_or(bounds, |region| region.bounds());
         let (view, warning) = Grid::for_camera(&scene.grid, &scene.camera, &seen);
@@ -73,6 +74,23 @@ impl VoxelCameras {
         }
         cameras
     }
+}
+
+/// Whether bodies that are made of other models are opaque, and their bounds. Opaque ones count as clear too: they are
+/// met in the view's grid alone, so it must hold them.
+fn bodies(world: &World, materials: &[Material], pose: &Pose) -> Vec<(bool, Bounds)> {
+    let of_model = |model: usize| {
+        let parts = world.parts.iter().zip(&pose.part_bounds).filter(|(part, _)| part.model as usize == model);
+        parts.fold(Bounds::EMPTY, |sum, (_, b)| sum.union(*b))
+    };
+    let bounds = world.bodies.bounds(|operand| of_model(world.bodies.operands[operand].model));
+    let opaque = world.bodies.models().map(|model| {
+        let part = world.parts.iter().position(|part| part.model as usize == model);
+        part.is_some_and(|part| materials[part].opaque)
+    });
+    let clear_and_opaque =
+        |(opaque, bounds): (bool, Bounds)| std::iter::once((false, bounds)).chain(opaque.then_some((true, bounds)));
+    opaque.zip(bounds).filter(|(_, bounds)| !bounds.is_empty()).flat_map(clear_and_opaque).collect()
 }
 
 /// Bounds of the transmissive parts and of the opaque ones near them; of all parts if none transmits.

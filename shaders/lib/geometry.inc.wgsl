@@ -38,5 +38,7 @@ const FLAG_UNLIT: u32 = 32u;
 const FLAG_DOUBLE_SIDED: u32 = 64u;
 const BASE_COLOR_SAMPLING_SHIFT: u32 = 8u;
 const EMISSIVE_SAMPLING_SHIFT: u32 = 16u;
+const FLAG_TURNED: u32 = 1u << 23u;     // an operand that is taken away from its body
+const OPERAND_SHIFT: u32 = 24u;         // number of the operand of a body that a part is, and one; else 0
 
 const NO_TRIANGLE: u32 = 0xffffffu;

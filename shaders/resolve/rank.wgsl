@@ -113,7 +113,8 @@ fn dispatch_of(voxels: u32) -> VoxelDispatch {
 fn scan_words(@builtin(local_invocation_index) thread: u32) {
     let total = scan(thread, (word_count(grids[grid_index.x]) + CHUNK - 1u) / CHUNK);
     if thread == SCANNERS - 1u {
-        counters[grid_index.x].occupied = total;
+        // Bodies made of others are ranked twice: room is needed for all voxels that their operands mark.
+        counters[grid_index.x].occupied = max(counters[grid_index.x].occupied, total);
         let voxels = min(total, grids[grid_index.x].record_capacity);
         voxel_dispatch[DISPATCH_RECORDS] = dispatch_of(voxels);
     }

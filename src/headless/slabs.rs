@@ -1,9 +1,11 @@
 //! Marks a grid of any size slab by slab, and reads each back.
 
 use crate::animate::{Animate, Triangles};
+use crate::csg::Csg;
 use crate::fill::FillInterior;
 use crate::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use crate::grid::{Grid, Slab};
+use crate::resolve::Resolve;
 use crate::scene::description::{CELLS, Fill, VoxelizerSettings};
 use crate::scene::{Scene, World};
 use crate::volume::Volume;
@@ -29,6 +31,15 @@ pub struct VoxelSlabs<'g> {
     left: VecDeque<Slab>,
     warm: bool,
     ms: f64,
+    bodies: Option<Bodies>,
+}
+
+/// For models that are made of others.
+#[derive(Debug)]
+struct Bodies {
+    world: World,
+    csg: Option<Csg>,
+    resolve: Resolve,
 }
 
 /// A slab's voxels.
@@ -69,7 +80,11 @@ impl<'g> VoxelSlabs<'g> {
         let mut rec = Recorder::new(gpu, Timing::Off);
         animate.record(&mut rec, &triangles, world, scene, &world.pose(scene, time_secs));
         rec.finish()?;
-        Self::of_triangles(gpu, triangles, &scene.voxelizer, slabs, solid)
+        let mut slabs = Self::of_triangles(gpu, triangles, &scene.voxelizer, slabs, solid)?;
+        if !world.bodies.operands.is_empty() {
+            slabs.bodies = Some(Bodies { world: world.clone(), csg: None, resolve: Resolve::new(gpu)? });
+        }
+        Ok(slabs)
     }
 
     /// As [`VoxelSlabs::new`] for triangles that stand on the device already, and slabs cut by [`Grid::slabs`].
@@ -102,6 +117,7 @@ impl<'g> VoxelSlabs<'g> {
             left: slabs.into(),
             warm: false,
             ms: 0.0,
+            bodies: None,
         })
     }
 
@@ -117,21 +133,43 @@ impl<'g> VoxelSlabs<'g> {
         self.volume.clear(&mut rec, 0);
         let Self { volume, triangles, settings, .. } = self;
         self.voxelizer.record(&mut rec, &voxelize::Input { volume, grid: 0, triangles, settings })?;
-        if self.solid && !self.method.interior {
+        if self.solid && (!self.method.interior || self.bodies.is_some()) {
             rec.stage("fill")?;
             self.fill.record(&mut rec, volume, 0, triangles, true);
+        }
+        if let Some(Bodies { csg: Some(csg), resolve, .. }) = &self.bodies {
+            rec.stage("csg")?;
+            if self.solid {
+                csg.record_interior(&mut rec, volume, 0, triangles);
+            } else {
+                csg.record_unmark(&mut rec, resolve, volume, 0, triangles);
+            }
         }
         Ok(rec.finish()?.iter().map(|(_, ms)| ms).sum())
     }
 
+    /// Words alone, but where hidden parts of bodies are told from seen ones by their records.
+    fn make_room(&mut self, slab: &Slab) -> Result<(), GpuError> {
+        let Some(bodies) = &mut self.bodies else {
+            return self.volume.fit_words(self.gpu, &slab.grid, self.solid || self.method.interior);
+        };
+        self.volume.fit(self.gpu, &[slab.grid])?;
+        bodies.csg = Csg::for_world(bodies.csg.take(), self.gpu, &bodies.world, &self.volume)?;
+        Ok(())
+    }
+
     fn marked(&mut self, slab: Slab) -> Result<MarkedSlab, GpuError> {
-        self.volume.fit_words(self.gpu, &slab.grid, self.solid || self.method.interior)?;
+        self.make_room(&slab)?;
         if !self.warm {
             // Compiles.
             self.mark()?;
             self.warm = true;
         }
         self.ms += self.mark()?;
+        while self.bodies.is_some() && !self.volume.settle(self.gpu)? {
+            self.make_room(&slab)?;
+            self.ms += self.mark()?;
+        }
         let words = if self.solid { &self.volume.interior } else { &self.volume.occupancy };
         let words = buffer::read(self.gpu, words, 0, slab.grid.word_count() as usize)?;
         Ok(MarkedSlab { slab, words })

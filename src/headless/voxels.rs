@@ -1,6 +1,7 @@
 //! Voxelizes one world-aligned grid and reads it back.
 
 use crate::animate::{Animate, Triangles, Vertex};
+use crate::csg::{self, Csg};
 use crate::fill::FillInterior;
 use crate::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use crate::grid::Grid;
@@ -25,6 +26,8 @@ struct Marking {
     settings: VoxelizerSettings,
     voxelizer: Box<dyn Voxelizer>,
     volume: Volume,
+    /// Where models are made of others.
+    csg: Option<(Csg, Resolve)>,
 }
 
 /// The voxels of `grid` that the scene's surfaces meet at a time, or with `solid` those whose centre is inside too: all
@@ -46,7 +49,7 @@ pub fn voxel_body(
     let words = if solid { &marking.volume.interior } else { &marking.volume.occupancy };
     let marked = grid.cell_bytes(&marking.words(gpu, words)?);
     let materials = world.materials(scene);
-    let interior = if solid { Some(marking.parts_inside(gpu, &materials)?) } else { None };
+    let interior = if solid { Some(marking.parts_inside(gpu, world, &materials)?) } else { None };
     let voxels = marking.list(gpu)?;
     let names = world.parts.iter().map(|part| part.name.clone());
     let body = VoxelBody {
@@ -77,9 +80,11 @@ impl Marking {
         rec.stage("animate")?;
         animate.record(&mut rec, &triangles, world, scene, &world.pose(scene, time_secs));
         rec.finish()?;
-        let fills = solid && !method.interior;
+        let csg = Csg::for_world(None, gpu, world, &volume)?;
+        let csg = csg.map(|csg| Ok::<_, GpuError>((csg, Resolve::new(gpu)?))).transpose()?;
+        let fills = solid && (!method.interior || csg.is_some());
         let (fill, voxelizer) = (FillInterior::new(gpu)?, (method.new)(gpu)?);
-        Ok(Self { triangles, fill, fills, settings, voxelizer, volume })
+        Ok(Self { triangles, fill, fills, settings, voxelizer, volume, csg })
     }
 
     fn mark(&mut self, rec: &mut Recorder<'_>) -> Result<(), GpuError> {
@@ -100,6 +105,13 @@ impl Marking {
                 rec.stage("fill")?;
                 self.fill.record(&mut rec, &self.volume, 0, &self.triangles, true);
             }
+            if let Some((csg, resolve)) = &self.csg {
+                rec.stage("csg")?;
+                if self.fills {
+                    csg.record_interior(&mut rec, &self.volume, 0, &self.triangles);
+                }
+                csg.record_unmark(&mut rec, resolve, &self.volume, 0, &self.triangles);
+            }
             ms = rec.finish()?.iter().map(|(_, ms)| ms).sum();
         }
         Ok(ms)
@@ -113,7 +125,8 @@ impl Marking {
             self.volume.fit(gpu, &[grid])?;
             let mut rec = Recorder::new(gpu, Timing::Off);
             self.mark(&mut rec)?;
-            resolve.record(&mut rec, &self.volume, 0, &self.triangles);
+            let csg = self.csg.as_ref().map(|(csg, _)| csg);
+            csg::record_resolve(csg, &mut rec, &resolve, &self.volume, 0, &self.triangles);
             rec.finish()?;
             if self.volume.settle(gpu)? {
                 return VoxelList::new(gpu)?.read(gpu, &self.volume, 0, &self.triangles);
@@ -124,7 +137,7 @@ impl Marking {
 
     /// What fills each cell: 1 + its part, or 0. Each part is filled by itself; where several enclose a cell, the one of
     /// the highest priority rules, then the last.
-    fn parts_inside(&self, gpu: &Gpu, materials: &[Material]) -> Result<Vec<u16>, GpuError> {
+    fn parts_inside(&self, gpu: &Gpu, world: &World, materials: &[Material]) -> Result<Vec<u16>, GpuError> {
         let grid = &self.volume.grids[0];
         let vertices: Vec<Vertex> =
             buffer::read(gpu, &self.triangles.vertices, 0, self.triangles.vertex_count as usize)?;
@@ -136,11 +149,20 @@ impl Marking {
         for part in order {
             let own = |t: &&[u32; 3]| vertices.get(t[0] as usize).is_some_and(|v| v.part as usize == part);
             let own: Vec<[u32; 3]> = triangles.iter().filter(own).copied().collect();
-            let Some(label) = u16::try_from(part + 1).ok().filter(|_| !own.is_empty()) else { continue };
-            let alone = self.triangles.of(gpu, &own)?;
+            let body = world.bodies.alone(world.parts[part].model as usize);
+            let is_empty = own.is_empty() && body.is_none();
+            let Some(label) = u16::try_from(part + 1).ok().filter(|_| !is_empty) else { continue };
             let mut rec = Recorder::new(gpu, Timing::Off);
             self.volume.clear(&mut rec, 0);
-            self.fill.record(&mut rec, &self.volume, 0, &alone, true);
+            rec.encoder.clear_buffer(&self.volume.interior, 0, None);
+            if !own.is_empty() {
+                self.fill.record(&mut rec, &self.volume, 0, &self.triangles.of(gpu, &own)?, true);
+            }
+            if let Some(bodies) = body {
+                let world = World { bodies, ..world.clone() };
+                let csg = Csg::for_world(None, gpu, &world, &self.volume)?;
+                csg.iter().for_each(|csg| csg.record_interior(&mut rec, &self.volume, 0, &self.triangles));
+            }
             rec.finish()?;
             let filled = grid.cell_bytes(&self.words(gpu, &self.volume.interior)?);
             inside.iter_mut().zip(filled).filter(|(_, filled)| *filled == 1).for_each(|(cell, _)| *cell = label);

@@ -2,6 +2,7 @@
 //!
 //! Lengths are world units, angles degrees, colours linear RGB, times seconds. y is up.
 
+use super::csg::Tree;
 use super::surface::Surface;
 use glam::{DVec3, Mat4, Quat, UVec3, Vec3};
 use std::path::PathBuf;
@@ -454,6 +455,8 @@ pub enum Source {
     Shape(Shape),
     /// A surface given by expressions.
     Surface(Arc<Surface>),
+    /// What union, intersection and difference make of other models, which then don't appear on their own.
+    Csg(Tree),
 }
 
 /// A built-in shape: a mesh like every model, with smooth normals where the true surface is smooth.

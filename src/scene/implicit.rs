@@ -36,6 +36,8 @@ const BLOCK: usize = 4;
 const SUPER: usize = 4;
 /// Steps toward the surface.
 const NEWTON_STEPS: usize = 4;
+/// Cells from the surface within which a vertex is on it: what single precision can tell, and less than it.
+const NEAR_ENOUGH: f64 = 1e-7;
 /// The value of a point of the box's face that would be inside.
 const CUT: f64 = f64::INFINITY;
 /// Fewest cells along a short side.
@@ -321,7 +323,7 @@ impl<'a> Lattice<'a> {
             if gradient.is_finite() {
                 normal = gradient;
             }
-            let is_there = value.value.abs() < 1e-9 * self.step.min_element() * gradient.length();
+            let is_there = value.value.abs() < NEAR_ENOUGH * self.step.min_element() * gradient.length();
             if is_cut || step == NEWTON_STEPS || is_there {
                 break;
             }

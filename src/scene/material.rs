@@ -36,6 +36,10 @@ pub struct Material {
     pub checker_color: Vec3,
     /// Side of its squares, world units; 0 is plain.
     pub checker_square: f32,
+    /// One more than the number of the operand ([`super::csg::Bodies::operands`]) that the part is, else 0.
+    pub operand: u32,
+    /// The operand is taken away: its outside is the body's inside.
+    pub turned: bool,
 }
 
 impl Default for Material {
@@ -56,6 +60,8 @@ impl Default for Material {
             emissive_texture: None,
             checker_color: Vec3::ZERO,
             checker_square: 0.0,
+            operand: 0,
+            turned: false,
         }
     }
 }
@@ -136,6 +142,10 @@ pub mod flags {
     pub const BASE_COLOR_SAMPLING_SHIFT: u32 = 8;
     /// From here on five bits: the emissive picture's.
     pub const EMISSIVE_SAMPLING_SHIFT: u32 = 16;
+    /// An operand that is taken away from its body.
+    pub const TURNED: u32 = 1 << 23;
+    /// From here on: [`Material::operand`](super::Material::operand).
+    pub const OPERAND_SHIFT: u32 = 24;
 }
 
 crate::gpu_struct! {

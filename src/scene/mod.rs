@@ -7,6 +7,7 @@
 
 pub mod bounds;
 pub mod clips;
+pub mod csg;
 pub mod deform;
 pub mod description;
 pub mod environment;

@@ -1,5 +1,6 @@
 //! The words that scene files, menus and the command line share: one for each variant of a choice.
 
+use super::csg::Operation;
 use super::description::{
     Align, Blending, Classify, ColumnLoop, Conservative, Fill, Hit, Projection, Refraction, Shadow, SizeMeasure,
 };
@@ -108,6 +109,14 @@ impl Words for Hit {
     const WORDS: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Surfel, "surfel", "the first surface rasterized, then crossings of the records' planes"),
         (Self::Voxel, "voxel", "the paper whole: fixed steps of a voxel and an angle threshold"),
+    ];
+}
+
+impl Words for Operation {
+    const WORDS: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Union, "union", "in one or the other"),
+        (Self::Intersection, "intersection", "in all"),
+        (Self::Difference, "difference", "in the first and in none of the others"),
     ];
 }
 

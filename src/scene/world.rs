@@ -1,10 +1,12 @@
 //! All that a scene names, loaded.
 
+use super::csg::Bodies;
 use super::description::{Background, Bounds, Deformer, Model, Scene, Source};
 pub use super::environment::EnvironmentMap;
 use super::geometry::{Geometry, Texture};
 use super::material::Material;
 pub use super::pose::Pose;
+use super::shapes::Mesh;
 use super::surface::{MadeFrom, Surface};
 use super::{SceneError, Warning, environment, gltf, shapes, voxels};
 use glam::Mat4;
@@ -19,6 +21,8 @@ pub struct World {
     pub models: Vec<Arc<Geometry>>,
     /// Parts of all models in order: the part numbers that vertices carry.
     pub parts: Vec<WorldPart>,
+    /// Models that are made of other ones.
+    pub bodies: Bodies,
     /// The environment picture, if the background names one.
     pub environment: Option<Arc<EnvironmentMap>>,
     /// What was odd.
@@ -102,6 +106,7 @@ impl World {
             world.warnings.extend(origin.warnings.iter().cloned());
             world.add(&model.name, geometry, origin);
         }
+        world.bodies = Bodies::of(scene, &world.models)?;
         if let Background::Environment { file, .. } = &scene.background {
             world.load_environment(&scene.folder.join(file), previous)?;
         }
@@ -179,7 +184,7 @@ impl World {
     fn find(&self, source: &Source, folder: &Path) -> Option<(Arc<Geometry>, Origin)> {
         let same = |o: &Origin| match source {
             Source::File(file) => o.files.first().is_some_and(|f| f.path == folder.join(file)),
-            Source::Shape(_) | Source::Surface(_) => true,
+            Source::Shape(_) | Source::Surface(_) | Source::Csg(_) => true,
         };
         let unchanged = |o: &Origin| o.source == *source && same(o) && o.files.iter().all(FileStamp::holds);
         let i = self.origins.iter().position(unchanged)?;
@@ -231,7 +236,30 @@ impl World {
             }
             first_texture += number(geometry.textures.len());
         }
+        self.mark_operands(scene, &mut materials);
         materials
+    }
+
+    /// A body's medium is that of its first operand, but for what the scene says of the body; its operands are opaque or
+    /// clear as it is.
+    fn mark_operands(&self, scene: &Scene, materials: &mut [Material]) {
+        let first_part = |model: usize| self.parts.iter().position(|p| p.model as usize == model);
+        for (number, operand) in (1..).zip(&self.bodies.operands) {
+            let Some(body) = first_part(operand.body) else { continue };
+            let is_first = self.bodies.operands.iter().find(|o| o.body == operand.body) == Some(operand);
+            if let Some(own) = first_part(operand.model).filter(|_| is_first) {
+                let overrides = scene.models.get(operand.body).map_or(&[][..], |m| &m.materials);
+                materials[body] =
+                    materials[own].clone().overridden(&self.models[operand.body].parts[0].name, overrides);
+            }
+            let of_body = (materials[body].opaque, materials[body].thin_wall);
+            for (part, material) in self.parts.iter().zip(materials.iter_mut()) {
+                if part.model as usize == operand.model {
+                    (material.opaque, material.thin_wall) = of_body;
+                    (material.operand, material.turned) = (number, operand.turned);
+                }
+            }
+        }
     }
 
     /// Textures of all models in order; [`Material::base_color_texture`] counts these.
@@ -277,6 +305,8 @@ fn make(model: &Model, folder: &Path) -> Result<(Arc<Geometry>, Origin), SceneEr
     let mut origin = Origin::of(&model.source);
     let geometry = match &model.source {
         Source::Shape(shape) => shapes::shape(shape),
+        // What it is made of has the triangles.
+        Source::Csg(_) => Mesh::default().into_geometry("csg", None),
         Source::Surface(surface) => {
             let geometry = made(surface, 0.0);
             // One that moves has its warnings frame by frame.

@@ -1,7 +1,7 @@
 //! Structs that host and shaders share agree by name, offset and size, in every shader that has them.
 
 use murrine::gpu::{GpuStruct, Layout, layout, shader::ShaderLibrary};
-use murrine::{animate, grid, march, scene, surroundings, volume, voxel_list};
+use murrine::{animate, csg, grid, march, scene, surroundings, volume, voxel_list};
 
 const SHARED: &[Layout] = &[
     grid::Grid::LAYOUT,
@@ -17,6 +17,7 @@ const SHARED: &[Layout] = &[
     surroundings::Surroundings::LAYOUT,
     march::MarchSettings::LAYOUT,
     voxel_list::ListedVoxel::LAYOUT,
+    csg::CsgProgram::LAYOUT,
 ];
 
 fn shaders() -> Vec<murrine::gpu::shader::Shader> {

@@ -6,6 +6,7 @@ mod animate;
 mod assets;
 mod cli;
 mod compose;
+mod csg;
 mod determinism;
 mod fill;
 mod fuzz;

@@ -3,8 +3,8 @@
 use glam::{UVec3, Vec3};
 use murrine::scene::description::{
     Align, Background, Blending, Cells, Classify, ColumnLoop, Conservative, Deformer, Fill, GridSettings, Hit, Light,
-    LightKind, MaterialOverride, Model, Projection, Region, Refraction, Scene, Separability, Shadow, Shape, SizeMeasure,
-    Source,
+    LightKind, MaterialOverride, Model, Projection, Refraction, Region, Scene, Separability, Shadow, Shape,
+    SizeMeasure, Source,
 };
 use murrine::scene::file;
 use murrine::scene::words::Words;

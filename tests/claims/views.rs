@@ -10,7 +10,7 @@ use murrine::march::Channel;
 use murrine::scene::World;
 use murrine::scene::description::Fill;
 use murrine::scene::description::{
-    Align, Camera, Cells, GridSettings, Light, LightKind, MaterialOverride, Model, Projection, Scene, Shape, Source,
+    Camera, Cells, GridSettings, Light, LightKind, MaterialOverride, Model, Projection, Scene, Shape, Source,
 };
 use murrine::volume::Record;
 use murrine::voxelize::marked_voxels;

@@ -17,8 +17,8 @@ use murrine::animate::{Triangles, Vertex};
 use murrine::gpu::{Gpu, GpuError, Recorder, Timing, buffer};
 use murrine::grid::{Grid, PERSPECTIVE};
 use murrine::scene::description::{
-    Align, Blending, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability,
-    Shape, VoxelizerSettings,
+    Blending, Bounds, Camera, Cells, ColumnLoop, GridSettings, Light, LightKind, Projection, Separability, Shape,
+    VoxelizerSettings,
 };
 use murrine::scene::gltf;
 use murrine::scene::material::{PartMaterial, flags};

@@ -193,7 +193,8 @@ impl<const N: usize> Number for Dual<N> {
         if power == 0 {
             return Self::constant(1.0);
         }
-        self.chain(self.value.powi(power), f64::from(power) * self.value.powi(power - 1))
+        let less = if power == 2 { self.value } else { self.value.powi(power - 1) };
+        self.chain(less * self.value, f64::from(power) * less)
     }
 }
 

@@ -320,6 +320,7 @@ fn free_name(source: &Source, earlier: &[Model]) -> String {
         Source::File(file) => file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
         Source::Shape(shape) => shape_name(shape).to_owned(),
         Source::Surface(surface) => surface.word().to_owned(),
+        Source::Csg(_) => "csg".to_owned(),
     };
     let taken = |name: &str| earlier.iter().any(|m| m.name == name);
     if !taken(&stem) {
@@ -343,6 +344,14 @@ pub(super) fn shape_name(shape: &Shape) -> &'static str {
 }
 
 fn source(from: &mut Section<'_>, folder: &Path, warnings: &mut Vec<Warning>) -> Result<Source, SceneError> {
+    if let Some(tree) = from.tree("csg")? {
+        if from.has("file") || from.has("shape") {
+            return Err(
+                from.error_at("csg", "a model with `csg` is made of other models; leave `file` and `shape` out")
+            );
+        }
+        return Ok(Source::Csg(tree));
+    }
     let file = from.string("file")?;
     let shape = from.one_of("shape", SHAPES)?;
     let shape = match (file, shape) {

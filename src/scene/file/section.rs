@@ -4,6 +4,7 @@
 //! code that reads a key is the only list of keys.
 
 use crate::scene::SceneError;
+use crate::scene::csg::{Operation, Tree};
 use crate::scene::expression::Expression;
 use crate::scene::words::{Words, nearest};
 use glam::Vec3;
@@ -215,6 +216,35 @@ impl<'a> Section<'a> {
         })
     }
 
+    /// A tree of models: `{ difference = ["block", { union = ["hole", "slot"] }] }`.
+    pub(super) fn tree(&mut self, key: &'static str) -> Result<Option<Tree>, SceneError> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let table = item.as_table_like().ok_or_else(|| self.wrong_type(key, TREE))?;
+        self.node(table, &item.span(), 0).map(Some)
+    }
+
+    fn node(&self, table: &dyn TableLike, span: &Span, depth: usize) -> Result<Tree, SceneError> {
+        let error = |what: String| self.text.error(span, what);
+        let mut entries = table.iter();
+        let (Some((word, of)), None) = (entries.next(), entries.next()) else {
+            return Err(error(format!("csg is one operation on a list; write {TREE}")));
+        };
+        let Some(operation) = Operation::from_word(word) else {
+            return Err(error(unknown("operation", word, &Operation::words())));
+        };
+        let Some(of) = of.as_array().filter(|of| of.len() >= 2 && depth < DEEPEST_TREE) else {
+            return Err(error(format!(
+                "`{word}` takes a list of two models or more, {DEEPEST_TREE} deep; write {TREE}"
+            )));
+        };
+        let operand = |value: &Value| match value {
+            Value::String(name) => Ok(Tree::Model(name.value().clone())),
+            Value::InlineTable(table) => self.node(table, &value.span(), depth + 1),
+            _ => Err(self.text.error(&value.span(), format!("neither a model's name nor a tree; write {TREE}"))),
+        };
+        Ok(Tree::Node(operation, of.iter().map(operand).collect::<Result<_, _>>()?))
+    }
+
     /// Two of `true` or `false`.
     pub(super) fn two_flags(&mut self, key: &'static str) -> Result<Option<[bool; 2]>, SceneError> {
         let Some(item) = self.item(key) else { return Ok(None) };
@@ -350,6 +380,10 @@ pub(super) enum OneOrThree {
 
 /// Characters of an expression that a complaint quotes on each side of the place.
 const QUOTED: usize = 24;
+/// How a tree is written.
+const TREE: &str = "{ difference = [\"block\", \"hole\"] }";
+/// How deep trees may be nested.
+const DEEPEST_TREE: usize = 32;
 /// The smallest length that is taken for more than nothing.
 pub(super) const SMALLEST: f32 = 1e-9;
 /// The largest coordinate and radiance: beyond it f32 has no digits left for a cell.

@@ -1,6 +1,7 @@
 //! Writes a scene as the file that reads back to it. What has its default value is left out.
 
 use super::read::{AXES, BACKGROUNDS, DEFORMERS, LIGHTS, shape_name};
+use crate::scene::csg::Tree;
 use crate::scene::description::{
     Background, Cells, Deformer, EffectSettings, GridSettings, Light, LightKind, MaterialOverride, Model, Region,
     Scene, Separability, Shape, Source, VoxelizerSettings,
@@ -211,6 +212,7 @@ fn model(model: &Model) -> Table {
 fn source(lines: Lines, source: &Source) -> Lines {
     let shape = match source {
         Source::File(file) => return lines.with("file", path(file)),
+        Source::Csg(of) => return lines.with("csg", tree(of)),
         Source::Surface(from) => return surface(lines.with("shape", from.word()), from),
         Source::Shape(shape) => shape,
     };
@@ -225,6 +227,16 @@ fn source(lines: Lines, source: &Source) -> Lines {
         }
         Shape::Box { min, max } => lines.with("min", vector(min)).with("max", vector(max)),
         Shape::Plane { size } => lines.with("size", number(size)),
+    }
+}
+
+fn tree(of: &Tree) -> Value {
+    match of {
+        Tree::Model(name) => Value::from(name.as_str()),
+        Tree::Node(operation, of) => {
+            let operands = Value::Array(of.iter().map(tree).collect());
+            Value::InlineTable([(operation.word(), operands)].into_iter().collect())
+        }
     }
 }
 
