@@ -20,14 +20,16 @@ override additive: bool = false;
 const SLAB: u32 = 32u;
 const WORKGROUP: u32 = 64u;
 
-// Vertices drawn for a triangle: itself, or in perspective, where slices bend lines, its rectangle.
-fn drawn_vertices() -> u32 {
-    return select(3u, 6u, perspective);
-}
+// What is drawn for a triangle is its rectangle, two triangles; the fragment asks whether the triangle holds its middle.
+// So nothing hangs on how a rasterizer rounds and clips, and slices may bend lines, as they do in perspective.
+const RECTANGLE_VERTICES: u32 = 6u;
 
 // A bit a vertex: which lie at the rectangle's higher end.
 const HIGH_U: u32 = 0x32u;
 const HIGH_V: u32 = 0x2cu;
+
+// By how much an axis must lead those after it: a triangle that faces two alike goes to the later one, however it rounds.
+const DOMINANT: f32 = 1.001;
 
 // What rasterizers may take away of a rectangle.
 const SLACK: f32 = 1.0 / 32.0;
@@ -76,30 +78,27 @@ fn pixel_of(g: Grid, axis: u32, p: vec3f) -> vec2f {
 @vertex
 fn turned(@builtin(vertex_index) vertex: u32, @builtin(instance_index) piece: u32) -> Fragment {
     let g = grids[grid_index.x];
-    let number = vertex / drawn_vertices();
-    let corner = vertex % drawn_vertices();
+    let number = vertex / RECTANGLE_VERTICES;
+    let corner = vertex % RECTANGLE_VERTICES;
     let v0 = vertices[indices[number * 3u]];
     let t = grid_triangle(
         g, v0.position, vertices[indices[number * 3u + 1u]].position, vertices[indices[number * 3u + 2u]].position);
     let second = select(t.c, t.b, piece == 0u);
     let third = select(t.d, t.c, piece == 0u);
     let n = abs(cross(second - t.a, third - t.a));
-    let axis = select(select(2u, 1u, n.y >= n.z), 0u, n.x >= max(n.y, n.z));
+    let axis = select(select(2u, 1u, n.y > DOMINANT * n.z), 0u, n.x > DOMINANT * max(n.y, n.z));
     let is_unwanted = g.required_flags != 0u && (materials[v0.part].flags & g.required_flags) != g.required_flags;
     if piece >= t.pieces || n[axis] == 0.0 || is_unwanted {
         return Fragment(vec4f(2.0, 2.0, 2.0, 1.0), 0u, vec3f(0.0), vec3f(0.0), vec3f(0.0));
     }
-    var corners = array<vec3f, 3>(seen_along(axis, t.a), seen_along(axis, second), seen_along(axis, third));
-    var place = corners[corner % 3u].xy;
-    if perspective {
-        let a = pixel_of(g, axis, corners[0]);
-        let b = pixel_of(g, axis, corners[1]);
-        let c = pixel_of(g, axis, corners[2]);
-        let limit = vec2f(sheet_size(g, axis)) + 1.0;
-        let lo = clamp(min(a, min(b, c)) - SLACK, vec2f(-1.0), limit);
-        let hi = clamp(max(a, max(b, c)) + SLACK, vec2f(-1.0), limit);
-        place = select(lo, hi, vec2<bool>((HIGH_U >> corner & 1u) != 0u, (HIGH_V >> corner & 1u) != 0u));
-    }
+    let corners = array<vec3f, 3>(seen_along(axis, t.a), seen_along(axis, second), seen_along(axis, third));
+    let a = pixel_of(g, axis, corners[0]);
+    let b = pixel_of(g, axis, corners[1]);
+    let c = pixel_of(g, axis, corners[2]);
+    let limit = vec2f(sheet_size(g, axis)) + 1.0;
+    let lo = clamp(min(a, min(b, c)) - SLACK, vec2f(-1.0), limit);
+    let hi = clamp(max(a, max(b, c)) + SLACK, vec2f(-1.0), limit);
+    let place = select(lo, hi, vec2<bool>((HIGH_U >> corner & 1u) != 0u, (HIGH_V >> corner & 1u) != 0u));
     let p = 2.0 * place / f32(max(g.cells.x, max(g.cells.y, g.cells.z))) - 1.0;
     return Fragment(vec4f(p.x, -p.y, 0.5, 1.0), axis, corners[0], corners[1], corners[2]);
 }
@@ -137,7 +136,7 @@ fn texelize(in: Fragment) {
     }
     let weights = vec3f(
         turn(in.b.xy, in.c.xy, p), turn(in.c.xy, in.a.xy, p), turn(in.a.xy, in.b.xy, p));
-    if perspective && any(weights < vec3f(0.0)) && any(weights > vec3f(0.0)) {
+    if any(weights < vec3f(0.0)) && any(weights > vec3f(0.0)) {
         return;
     }
     let depths = vec3f(in.a.z, in.b.z, in.c.z);

@@ -17,8 +17,7 @@
 //! the model is traversed once. Bits are united by `atomicOr`; DO adds them, which is right only while each voxel is met
 //! once: where two triangles meet, 2ˢ + 2ˢ is the next voxel's bit. That form is an option, its components of 8 bits
 //! ending at 255 as those of a render target do. A texel of it is changed by compare and exchange, so the sum doesn't
-//! depend on the order. In perspective slices bend straight lines, so there the rectangle is drawn and the fragment asks
-//! whether the triangle holds its middle.
+//! depend on the order. What is drawn is a triangle's rectangle; the fragment asks whether the triangle holds its middle.
 //! Promises: approximate, the same from all sides: a voxel is marked where the line through its middle along the
 //! triangle's dominant axis meets the triangle. `separability` does not count. The interior (`fill = "eager"`) has
 //! streaks where lines graze the surface, as DO §6.2 admits. Costs: a raster set-up for each triangle, and three grids of
@@ -37,6 +36,9 @@ use crate::scene::material::PartMaterial;
 use glam::{UVec2, UVec3};
 
 const SHADER: &str = "voxelize/three_axis.wgsl";
+
+/// `RECTANGLE_VERTICES` in the shader.
+const RECTANGLE_VERTICES: u32 = 6;
 
 pub(super) const METHOD: Method = Method {
     name: "three-axis",
@@ -125,8 +127,11 @@ impl Voxelizer for ThreeAxis {
         rec.encoder.clear_buffer(&sheets.words, 0, None);
         let mut resources = input.resources().to_vec();
         resources.push(("sheets", sheets.words.as_entire_binding()));
-        let (vertices, instances) = if grid.projection == PERSPECTIVE { (6, 2) } else { (3, 1) };
-        let draw = Draw::Counted { vertices: input.triangles.triangle_count * vertices, instances };
+        let draw = Draw::Counted {
+            vertices: input.triangles.triangle_count * RECTANGLE_VERTICES,
+            // A triangle cut at the eye has up to two pieces.
+            instances: if grid.projection == PERSPECTIVE { 2 } else { 1 },
+        };
         raster.record(rec, UVec2::splat(grid.cells.max_element()), &resources, draw);
         let group = synthesize.bind(rec.gpu, &resources);
         synthesize.dispatch(&mut rec.encoder, &group, [Sheets::texel_count(grid.cells), 1, 1]);
