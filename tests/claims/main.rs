@@ -16,6 +16,7 @@ mod lab;
 mod layering;
 mod layouts;
 mod light;
+mod mesh;
 mod mesh_rays;
 mod models;
 mod optics;

@@ -3,6 +3,7 @@
 mod expressions;
 
 use crate::gpu;
+use crate::mesh::{corners, open_edges, volume};
 use crate::support::{Rendered, glass, render_with, scene_of};
 use glam::{DVec3, UVec2, UVec3, Vec3};
 use murrine::compose::DebugView;
@@ -13,12 +14,10 @@ use murrine::headless;
 use murrine::march::Channel;
 use murrine::scene::description::{Cells, GridSettings, Hit, MaterialOverride, Model, Region, Shape, Source};
 use murrine::scene::expression::{Dual, Expression, Number};
-use murrine::scene::geometry::Geometry;
 use murrine::scene::implicit::Implicit;
 use murrine::scene::parametric::Parametric;
 use murrine::scene::surface::Surface;
 use murrine::scene::{Scene, World};
-use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -57,31 +56,6 @@ fn value_and_gradient(expression: &Expression, p: DVec3) -> (f64, DVec3) {
     let [x, y, z] = variables;
     let dual = expression.evaluate(&[x, y, z, Dual::constant(0.0)], &mut Vec::new());
     (dual.value, DVec3::from_array(dual.slopes))
-}
-
-fn corners(geometry: &Geometry, triangle: [u32; 3]) -> [DVec3; 3] {
-    triangle.map(|v| geometry.vertices[v as usize].position.as_dvec3())
-}
-
-fn volume(geometry: &Geometry) -> f64 {
-    let signed = |t: &[u32; 3]| {
-        let [a, b, c] = corners(geometry, *t);
-        a.dot(b.cross(c)) / 6.0
-    };
-    geometry.triangles.iter().map(signed).sum()
-}
-
-/// How many directed edges lack their opposite, vertices told apart by the bits of their positions.
-fn open_edges(geometry: &Geometry) -> usize {
-    let key = |v: u32| geometry.vertices[v as usize].position.to_array().map(|x| (x + 0.0).to_bits());
-    let mut balance: HashMap<_, i64> = HashMap::new();
-    for &[a, b, c] in &geometry.triangles {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            *balance.entry((key(from), key(to))).or_default() += 1;
-            *balance.entry((key(to), key(from))).or_default() -= 1;
-        }
-    }
-    balance.values().filter(|&&n| n != 0).count()
 }
 
 fn model(surface: Surface) -> Model {

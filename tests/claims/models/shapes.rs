@@ -1,11 +1,10 @@
 //! Built-in shapes are the surfaces that they are named after.
 
+use crate::mesh::{corners, open_edges, volume};
 use glam::{DVec3, Vec3};
 use murrine::scene::description::{Model, Scene, Shape, Source};
-use murrine::scene::geometry::Geometry;
 use murrine::scene::pose::pose_vertices;
 use murrine::scene::{World, shapes};
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 const SMOOTH: [Shape; 3] = [
@@ -14,31 +13,6 @@ const SMOOTH: [Shape; 3] = [
     Shape::Torus { radius: 1.0, tube: 0.3, segments: 96 },
 ];
 const BOX: Shape = Shape::Box { min: Vec3::new(-1.0, -0.5, -0.25), max: Vec3::new(1.0, 0.5, 0.75) };
-
-fn corners(geometry: &Geometry, triangle: [u32; 3]) -> [DVec3; 3] {
-    triangle.map(|v| geometry.vertices[v as usize].position.as_dvec3())
-}
-
-fn volume(geometry: &Geometry) -> f64 {
-    let signed = |t: &[u32; 3]| {
-        let [a, b, c] = corners(geometry, *t);
-        a.dot(b.cross(c)) / 6.0
-    };
-    geometry.triangles.iter().map(signed).sum()
-}
-
-/// How many directed edges lack their opposite, vertices told apart by the bits of their positions.
-fn open_edges(geometry: &Geometry) -> usize {
-    let key = |v: u32| geometry.vertices[v as usize].position.to_array().map(|x| (x + 0.0).to_bits());
-    let mut balance: HashMap<_, i64> = HashMap::new();
-    for &[a, b, c] in &geometry.triangles {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            *balance.entry((key(from), key(to))).or_default() += 1;
-            *balance.entry((key(to), key(from))).or_default() -= 1;
-        }
-    }
-    balance.values().filter(|&&n| n != 0).count()
-}
 
 #[test]
 fn shapes_are_closed_to_the_bit_and_wind_outwards() {
